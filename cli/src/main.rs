@@ -1,0 +1,2 @@
+//! The command that a person types.
+fn main() {}

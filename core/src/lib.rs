@@ -1,0 +1,30 @@
+//! Ray tracing in fixed memory.
+//!
+//! The part of Kiloray that every host shares: a PC, a process of a mesh, a simulated node and a
+//! Cortex-M run these very functions, and get the same bits. Nothing here allocates, blocks, reads
+//! a clock or panics; memory, time and random keys come in as arguments.
+//!
+//! Modules, lowest first; each knows only those above it in this list:
+//!
+//! | module | what it holds |
+//! | --- | --- |
+//! | [`geometry`] | rays, boxes, triangles, spheres, pyramids, and the bounds of their rounding |
+//! | [`block`] | a piece of the octree in bytes, the file that holds them, and their checked reader |
+//! | [`trace`] | closest hit and any hit over blocks: single rays, batches, bundles |
+//! | [`path`] | names of paths, and random numbers as functions of them |
+//! | [`scene`] | the tables of a scene: materials, lights, views |
+#![no_std]
+#![forbid(unsafe_code)]
+#![cfg_attr(
+    not(test),
+    warn(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::indexing_slicing)
+)]
+
+#[cfg(test)]
+extern crate std;
+
+pub mod block;
+pub mod geometry;
+pub mod path;
+pub mod scene;
+pub mod trace;

@@ -1,0 +1,13 @@
+//! The tables of a scene: plain data that a file holds once and every node keeps, read-only.
+
+mod frame;
+mod light;
+mod material;
+mod needs;
+mod view;
+
+pub use frame::Frame;
+pub use light::{Light, LightKind};
+pub use material::{Material, MaterialKind};
+pub use needs::Needs;
+pub use view::{View, ViewKind};

@@ -1,0 +1,1 @@
+//! Closest hit and any hit over blocks.

@@ -1,0 +1,5 @@
+//! From an input to blocks: importers, built-in scenes, and the compiler.
+//!
+//! [`model`] is what every importer and built-in scene makes, and what the compiler takes.
+
+pub mod model;
