@@ -1,0 +1,34 @@
+//! Puts the board's memory map and the scene where the firmware's link and build find them.
+use std::path::{Path, PathBuf};
+use std::{env, fs};
+
+fn main() {
+    println!("cargo:rerun-if-changed=build.rs");
+    if env::var("CARGO_CFG_TARGET_OS").as_deref() != Ok("none") {
+        return;
+    }
+    let root = PathBuf::from(env::var_os("CARGO_MANIFEST_DIR").expect("cargo sets it"));
+    let out = PathBuf::from(env::var_os("OUT_DIR").expect("cargo sets it"));
+    let map = if env::var_os("CARGO_FEATURE_LM3S6965").is_some() {
+        root.join("memory/lm3s6965.x")
+    } else {
+        root.join("../memory.x")
+    };
+    put(&map, &out.join("memory.x"));
+    println!("cargo:rustc-link-search={}", out.display());
+    println!("cargo:rustc-link-arg-bins=--nmagic");
+    println!("cargo:rustc-link-arg-bins=-Tlink.x");
+
+    println!("cargo:rerun-if-env-changed=KILORAY_SCENE");
+    let Some(scene) = env::var_os("KILORAY_SCENE") else {
+        panic!("KILORAY_SCENE must name a .kilo file (`node-board/check` makes one)");
+    };
+    put(Path::new(&scene), &out.join("scene.kilo"));
+}
+
+fn put(from: &Path, to: &Path) {
+    println!("cargo:rerun-if-changed={}", from.display());
+    if let Err(error) = fs::copy(from, to) {
+        panic!("{}: {error}", from.display());
+    }
+}
