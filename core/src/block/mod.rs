@@ -1,7 +1,19 @@
 //! A block: a piece of the octree as position-independent bytes, read in place.
 //!
-//! [`format`] is the layout, byte by byte. `BlockView::parse` checks every index of a block once, on
-//! arrival; nothing of a block is trusted before.
+//! [`format`] is the layout, byte by byte. [`BlockView::parse`] checks every index of a block once, on
+//! arrival; nothing of a block is trusted before. [`KiloView`] reads a whole file, from a mapping or
+//! from flash. [`BlockSource`] is where a traversal gets its blocks.
 
+mod check;
+mod error;
+mod file;
 pub mod format;
 pub mod octahedral;
+mod source;
+mod tables;
+mod view;
+
+pub use error::BlockError;
+pub use file::{FileError, KiloView, Table};
+pub use source::{BlockSource, NoBlock};
+pub use view::{BlockLimits, BlockView, checksum};

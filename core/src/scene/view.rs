@@ -10,6 +10,18 @@ pub enum ViewKind {
     Parallel = 1,
 }
 
+impl ViewKind {
+    /// The kind with this number.
+    #[must_use]
+    pub const fn from_u32(kind: u32) -> Option<Self> {
+        match kind {
+            0 => Some(Self::Perspective),
+            1 => Some(Self::Parallel),
+            _ => None,
+        }
+    }
+}
+
 /// A camera, in scene coordinates.
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
 #[repr(C)]

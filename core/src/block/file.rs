@@ -1,0 +1,292 @@
+use core::fmt;
+
+use bytemuck::Pod;
+
+use super::error::BlockError;
+use super::format::{BLOCK_BYTES_MAX, BLOCK_BYTES_MIN, FileHeader, MAGIC, Section, VERSION};
+use super::tables;
+use super::view::{BlockLimits, BlockView, Quad, checksum};
+use crate::scene::{Light, Material, Needs, View};
+
+/// A `.kilo` file in memory: mapped, or in flash.
+///
+/// Opening it checks the header and the tables. Blocks are checked one by one
+/// ([`KiloView::check_block`]) or all at once ([`KiloView::check_blocks`]) before they are traced.
+#[derive(Debug, Clone, Copy)]
+pub struct KiloView<'a> {
+    header: &'a FileHeader,
+    materials: &'a [Material],
+    lights: &'a [Light],
+    views: &'a [View],
+    needs: &'a Needs,
+    blocks: &'a [Quad],
+    block_quads: usize,
+}
+
+/// Why a file is refused.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum FileError {
+    /// The bytes do not begin at a multiple of 16 in memory.
+    Alignment,
+    /// It does not begin as a `.kilo` file does.
+    Magic,
+    /// Another version of the layout.
+    Version {
+        /// The file's.
+        found: u32,
+    },
+    /// Fewer bytes than the header says.
+    Truncated {
+        /// Bytes that should be there.
+        expected: u64,
+        /// Bytes that are.
+        found: u64,
+    },
+    /// The checksum of header and tables does not match.
+    Checksum,
+    /// A size, offset or count in the header that cannot be.
+    Header,
+    /// An entry of a table with an unknown kind, an index out of range or a number that makes no sense.
+    Table {
+        /// Which table.
+        table: Table,
+        /// Index of the entry.
+        entry: u32,
+    },
+    /// A block is refused.
+    Block {
+        /// Its number.
+        block: u32,
+        /// Why.
+        error: BlockError,
+    },
+}
+
+/// A table of the file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Table {
+    /// Materials.
+    Materials,
+    /// Lights.
+    Lights,
+    /// Views.
+    Views,
+    /// What the scene needs.
+    Needs,
+}
+
+impl<'a> KiloView<'a> {
+    /// Opens a file, and checks all of it but the blocks.
+    ///
+    /// `bytes` begins at a multiple of 16, and may be longer than the file.
+    ///
+    /// # Errors
+    /// [`FileError`] names the first thing found wrong.
+    pub fn parse(bytes: &'a [u8]) -> Result<Self, FileError> {
+        let head = bytes.get(..size_of::<FileHeader>());
+        let header: &FileHeader = match head {
+            _ if bytes.get(..4) != Some(&MAGIC) => return Err(FileError::Magic),
+            _ if bytes.as_ptr().align_offset(16) != 0 => return Err(FileError::Alignment),
+            Some(head) => bytemuck::try_from_bytes(head).map_err(|_| FileError::Alignment)?,
+            None => {
+                let expected = size_of::<FileHeader>() as u64;
+                return Err(FileError::Truncated { expected, found: bytes.len() as u64 });
+            }
+        };
+        if header.version != VERSION {
+            return Err(FileError::Version { found: header.version });
+        }
+        let file = usize::try_from(header.file_bytes).ok().and_then(|n| bytes.get(..n));
+        let Some(bytes) = file else {
+            let found = bytes.len() as u64;
+            return Err(FileError::Truncated { expected: header.file_bytes, found });
+        };
+        Self::open(bytes, header)
+    }
+
+    fn open(bytes: &'a [u8], header: &'a FileHeader) -> Result<Self, FileError> {
+        let mut end = size_of::<FileHeader>();
+        let materials = section(bytes, header.materials, &mut end)?;
+        let lights = section(bytes, header.lights, &mut end)?;
+        let views = section(bytes, header.views, &mut end)?;
+        let needs = section(bytes, header.needs, &mut end)?;
+        if bytes.get(12..end).map(checksum) != Some(header.crc) {
+            return Err(FileError::Checksum);
+        }
+        tables::check(materials, lights, views, needs)?;
+        let [needs] = needs else { return Err(FileError::Header) };
+        if !tables::header_is_sound(header) {
+            return Err(FileError::Header);
+        }
+        let blocks = blocks(bytes, header, end)?;
+        let block_quads = header.block_bytes as usize / size_of::<Quad>();
+        Ok(Self { header, materials, lights, views, needs, blocks, block_quads })
+    }
+
+    /// The first bytes.
+    #[must_use]
+    pub fn header(&self) -> &'a FileHeader {
+        self.header
+    }
+
+    /// The materials.
+    #[must_use]
+    pub fn materials(&self) -> &'a [Material] {
+        self.materials
+    }
+
+    /// The lights.
+    #[must_use]
+    pub fn lights(&self) -> &'a [Light] {
+        self.lights
+    }
+
+    /// The views; the first is the default.
+    #[must_use]
+    pub fn views(&self) -> &'a [View] {
+        self.views
+    }
+
+    /// What the scene needs.
+    #[must_use]
+    pub fn needs(&self) -> &'a Needs {
+        self.needs
+    }
+
+    /// Number of blocks.
+    #[inline(always)]
+    #[must_use]
+    pub fn blocks(&self) -> u32 {
+        self.header.blocks
+    }
+
+    /// What a block of this file is checked against.
+    #[must_use]
+    pub fn limits(&self) -> BlockLimits {
+        BlockLimits {
+            block_bytes: self.header.block_bytes as usize,
+            blocks: self.header.blocks,
+            materials: self.materials.len() as u32,
+        }
+    }
+
+    /// The bytes of a block; `None` beyond the last.
+    #[must_use]
+    pub fn block_bytes(&self, block: u32) -> Option<&'a [u8]> {
+        self.block_quads(block).map(bytemuck::cast_slice)
+    }
+
+    /// A block of unknown origin.
+    ///
+    /// # Errors
+    /// [`FileError::Block`] if there is no such block or it is refused.
+    pub fn check_block(&self, block: u32) -> Result<BlockView<'a>, FileError> {
+        self.block_bytes(block)
+            .ok_or(BlockError::Length)
+            .and_then(|bytes| BlockView::parse(bytes, block, &self.limits()))
+            .map_err(|error| FileError::Block { block, error })
+    }
+
+    /// Checks all blocks, and that references lead to nodes that exist. A pass over the file.
+    ///
+    /// # Errors
+    /// As [`KiloView::check_block`].
+    pub fn check_blocks(&self) -> Result<(), FileError> {
+        for block in 0..self.blocks() {
+            self.check_refs(&self.check_block(block)?)?;
+        }
+        Ok(())
+    }
+
+    /// References of a checked block lead to nodes.
+    ///
+    /// # Errors
+    /// [`FileError::Block`] with the reference.
+    pub fn check_refs(&self, view: &BlockView<'_>) -> Result<(), FileError> {
+        let own = view.header();
+        for (index, r) in (0u16..).zip(view.refs()) {
+            let fits =
+                self.trusted_block(r.block).is_some_and(|child| r.node < child.header().nodes);
+            if !fits {
+                let error = BlockError::Ref { index };
+                return Err(FileError::Block { block: own.block, error });
+            }
+        }
+        Ok(())
+    }
+
+    /// A block that was checked before.
+    #[inline(always)]
+    #[must_use]
+    pub fn trusted_block(&self, block: u32) -> Option<BlockView<'a>> {
+        self.block_quads(block).map(BlockView::open)
+    }
+
+    #[inline(always)]
+    fn block_quads(&self, block: u32) -> Option<&'a [Quad]> {
+        // No wrap on 32 bits: the header's check makes blocks * block_quads a length in memory.
+        let at = (block as usize).checked_mul(self.block_quads)?;
+        self.blocks.get(at..)?.get(..self.block_quads)
+    }
+}
+
+/// A table; moves `end` to behind it.
+fn section<'a, T: Pod>(
+    bytes: &'a [u8],
+    section: Section,
+    end: &mut usize,
+) -> Result<&'a [T], FileError> {
+    let at = section.at as usize;
+    let len = (section.len as usize).checked_mul(size_of::<T>()).ok_or(FileError::Header)?;
+    let behind = at.checked_add(len).ok_or(FileError::Header)?;
+    if !at.is_multiple_of(64) || at < *end {
+        return Err(FileError::Header);
+    }
+    *end = behind;
+    let part = bytes.get(at..behind).ok_or(FileError::Header)?;
+    bytemuck::try_cast_slice(part).map_err(|_| FileError::Alignment)
+}
+
+/// The blocks, which lie behind byte `end`.
+fn blocks<'a>(bytes: &'a [u8], header: &FileHeader, end: usize) -> Result<&'a [Quad], FileError> {
+    let size = header.block_bytes as usize;
+    if !size.is_power_of_two() || !(BLOCK_BYTES_MIN..=BLOCK_BYTES_MAX).contains(&size) {
+        return Err(FileError::Header);
+    }
+    let at = usize::try_from(header.blocks_at).map_err(|_| FileError::Header)?;
+    let len = size.checked_mul(header.blocks as usize).ok_or(FileError::Header)?;
+    if !at.is_multiple_of(size.min(4096)) || at < end || at.checked_add(len) != Some(bytes.len()) {
+        return Err(FileError::Header);
+    }
+    let part = bytes.get(at..).ok_or(FileError::Header)?;
+    bytemuck::try_cast_slice(part).map_err(|_| FileError::Alignment)
+}
+
+impl fmt::Display for FileError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Alignment => f.write_str("the file is not aligned to 16 bytes in memory"),
+            Self::Magic => f.write_str("this is not a .kilo file"),
+            Self::Version { found } => {
+                write!(f, "the file has layout {found}, this program reads {VERSION}")
+            }
+            Self::Truncated { expected, found } => {
+                write!(f, "the file ends after {found} of {expected} bytes")
+            }
+            Self::Checksum => f.write_str("the checksum of the tables does not match"),
+            Self::Header => f.write_str("the header holds a size or offset that cannot be"),
+            Self::Table { table, entry } => {
+                let name = match table {
+                    Table::Materials => "material",
+                    Table::Lights => "light",
+                    Table::Views => "view",
+                    Table::Needs => "needs",
+                };
+                write!(f, "{name} {entry} has an unknown kind, index or number")
+            }
+            Self::Block { block, error } => write!(f, "block {block}: {error}"),
+        }
+    }
+}
+
+impl core::error::Error for FileError {}

@@ -1,0 +1,73 @@
+//! The checks of the file's tables.
+
+use super::file::{FileError, Table};
+use super::format::FileHeader;
+use crate::scene::{Light, LightKind, Material, MaterialKind, Needs, View, ViewKind};
+
+/// Checks every entry of the four tables.
+pub(super) fn check(
+    materials: &[Material],
+    lights: &[Light],
+    views: &[View],
+    needs: &[Needs],
+) -> Result<(), FileError> {
+    all(Table::Materials, materials, material)?;
+    all(Table::Lights, lights, |l| light(l, materials.len()))?;
+    all(Table::Views, views, view)?;
+    all(Table::Needs, needs, |n| n.radiance_max >= 0.0 && n.radiance_max.is_finite())
+}
+
+/// The numbers of the header that are no sizes or offsets.
+pub(super) fn header_is_sound(header: &FileHeader) -> bool {
+    header._zero == [0; 4]
+        && finite(&header.lo)
+        && finite(&header.hi)
+        && header.frame.center.iter().all(|c| c.is_finite())
+        && header.frame.position_error >= 0.0
+}
+
+fn all<T>(table: Table, entries: &[T], sound: impl Fn(&T) -> bool) -> Result<(), FileError> {
+    match entries.iter().position(|entry| !sound(entry)) {
+        Some(entry) => Err(FileError::Table { table, entry: entry as u32 }),
+        None => Ok(()),
+    }
+}
+
+fn material(m: &Material) -> bool {
+    let amounts = [m.diffuse, m.specular, m.transmit, m.absorption, m.emission];
+    MaterialKind::from_u32(m.kind).is_some()
+        && amounts.iter().all(not_negative)
+        && not_negative(&[m.roughness, m.ior, m.transmit_specular])
+        && m._zero == 0
+}
+
+fn light(l: &Light, materials: usize) -> bool {
+    LightKind::from_u32(l.kind).is_some()
+        && (l.material == u32::MAX || (l.material as usize) < materials)
+        && l.reach >= 0.0
+        && [l.position, l.u, l.v, l.cone].iter().all(finite)
+        && not_negative(&l.radiance)
+        && l.cone_cos.is_finite()
+}
+
+fn view(v: &View) -> bool {
+    let unit = |d: &[f32; 3]| {
+        let square: f32 = d.iter().map(|x| x * x).sum();
+        (0.99..1.01).contains(&square)
+    };
+    ViewKind::from_u32(v.kind).is_some()
+        && finite(&v.position)
+        && unit(&v.direction)
+        && finite(&v.up)
+        && v.size.iter().all(|&s| s > 0.0 && s.is_finite())
+        && v.offset.iter().all(|o| o.is_finite())
+        && v.clip.iter().all(|&c| c >= 0.0 && c.is_finite())
+}
+
+fn finite(v: &[f32; 3]) -> bool {
+    v.iter().all(|x| x.is_finite())
+}
+
+fn not_negative(v: &[f32; 3]) -> bool {
+    v.iter().all(|&x| x >= 0.0 && x.is_finite())
+}

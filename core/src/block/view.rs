@@ -1,0 +1,229 @@
+use bytemuck::{Pod, Zeroable};
+use crc::{CRC_32_ISO_HDLC, Crc};
+use glam::Vec3;
+
+use super::check;
+use super::error::BlockError;
+use super::format::{BlockHeader, FLAG_NORMALS, Node, Record, Ref};
+
+/// A block, read in place.
+///
+/// Opening one is a few additions; every access is checked against the length of the bytes, so that
+/// no content can make it panic. What [`BlockView::parse`] has accepted, every access finds.
+#[derive(Debug, Clone, Copy)]
+pub struct BlockView<'a> {
+    quads: &'a [Quad],
+    header: &'a BlockHeader,
+    /// Where the parts begin, in quads.
+    records_at: usize,
+    vertices_at: usize,
+}
+
+/// What a block is checked against.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct BlockLimits {
+    /// Size of a block [bytes].
+    pub block_bytes: usize,
+    /// Number of blocks in the file.
+    pub blocks: u32,
+    /// Number of materials in the scene.
+    pub materials: u32,
+}
+
+/// The checksum of blocks and files: CRC-32 (ISO-HDLC).
+#[must_use]
+pub fn checksum(bytes: &[u8]) -> u32 {
+    const CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
+    CRC.checksum(bytes)
+}
+
+/// Sixteen aligned bytes. A block is a slice of them, so that its parts are cast without a check at
+/// run time.
+#[derive(Debug, Clone, Copy, Pod, Zeroable)]
+#[repr(C, align(16))]
+pub(super) struct Quad([u8; 16]);
+
+static NO_HEADER: BlockHeader = BlockHeader {
+    crc: 0,
+    block: u32::MAX,
+    origin: [0.0; 3],
+    scale: [1.0; 3],
+    nodes: 0,
+    records: 0,
+    vertices: 0,
+    refs: 0,
+    flags: 0,
+    height: 0,
+    nesting: 0,
+    _zero: [0; 9],
+};
+
+const HEADER_QUADS: usize = size_of::<BlockHeader>() / size_of::<Quad>();
+const NODE_QUADS: usize = size_of::<Node>() / size_of::<Quad>();
+
+impl<'a> BlockView<'a> {
+    /// Opens bytes of unknown origin as block number `block`, and checks everything in them.
+    ///
+    /// `bytes` is the whole block and begins at a multiple of 16. Costs a pass over the bytes for
+    /// the checksum and one over the content, and half a KiB of stack.
+    ///
+    /// # Errors
+    /// [`BlockError`] names the first thing found wrong.
+    pub fn parse(bytes: &'a [u8], block: u32, limits: &BlockLimits) -> Result<Self, BlockError> {
+        check::length(bytes, limits)?;
+        let quads: &[Quad] = bytemuck::try_cast_slice(bytes).map_err(|_| BlockError::Alignment)?;
+        let view = Self::open(quads);
+        if checksum(bytes.get(4..).unwrap_or_default()) != view.header.crc {
+            return Err(BlockError::Checksum);
+        }
+        check::content(&view, block, limits)?;
+        Ok(view)
+    }
+
+    /// Opens bytes that [`BlockView::parse`] has accepted before. Costs a few additions.
+    ///
+    /// Other bytes are no danger: they give a block that may lack parts.
+    #[inline(always)]
+    #[must_use]
+    pub fn trusted(bytes: &'a [u8]) -> Self {
+        Self::open(bytemuck::try_cast_slice(bytes).unwrap_or_default())
+    }
+
+    #[inline(always)]
+    pub(super) fn open(quads: &'a [Quad]) -> Self {
+        let header: &BlockHeader = match quads.first_chunk::<HEADER_QUADS>() {
+            Some(head) => bytemuck::cast_ref(head),
+            None => &NO_HEADER,
+        };
+        let records_at = HEADER_QUADS + NODE_QUADS * usize::from(header.nodes);
+        let vertices_at = records_at + usize::from(header.records);
+        Self { quads, header, records_at, vertices_at }
+    }
+
+    /// The first 64 bytes.
+    #[inline(always)]
+    #[must_use]
+    pub fn header(&self) -> &'a BlockHeader {
+        self.header
+    }
+
+    /// The number of the block in its file.
+    #[inline(always)]
+    #[must_use]
+    pub fn number(&self) -> u32 {
+        self.header.block
+    }
+
+    /// The node with this index.
+    #[inline(always)]
+    #[must_use]
+    pub fn node(&self, index: u16) -> Option<&'a Node> {
+        let at = HEADER_QUADS + NODE_QUADS * usize::from(index);
+        let quads = self.quads.get(at..)?.first_chunk::<NODE_QUADS>()?;
+        Some(bytemuck::cast_ref(quads))
+    }
+
+    /// All nodes.
+    #[must_use]
+    pub fn nodes(&self) -> &'a [Node] {
+        self.part(HEADER_QUADS * 16, usize::from(self.header.nodes))
+    }
+
+    /// The record with this index.
+    #[inline(always)]
+    #[must_use]
+    pub fn record(&self, index: u16) -> Option<&'a Record> {
+        self.quads.get(self.records_at + usize::from(index)).map(bytemuck::cast_ref)
+    }
+
+    /// All records.
+    #[must_use]
+    pub fn records(&self) -> &'a [Record] {
+        self.part(self.records_at * 16, usize::from(self.header.records))
+    }
+
+    /// All bytes from the first vertex to the end of the block, as `f32`: vertex `i` is words
+    /// `3 i` to `3 i + 2`, and in a block that was accepted word `3 i + 3` exists as well.
+    #[inline(always)]
+    #[must_use]
+    pub fn vertex_words(&self) -> &'a [f32] {
+        bytemuck::cast_slice(self.quads.get(self.vertices_at..).unwrap_or_default())
+    }
+
+    /// All vertices.
+    #[must_use]
+    pub fn vertices(&self) -> &'a [[f32; 3]] {
+        self.part(self.vertices_at * 16, usize::from(self.header.vertices))
+    }
+
+    /// The vertex with this index.
+    #[inline(always)]
+    #[must_use]
+    pub fn vertex(&self, index: usize) -> Option<Vec3> {
+        let words = self.vertex_words().get(index * 3..)?.first_chunk::<3>()?;
+        Some(Vec3::from_array(*words))
+    }
+
+    /// The [codes](super::octahedral) of the shading normals, by vertex; empty without normals.
+    #[must_use]
+    pub fn normals(&self) -> &'a [u32] {
+        let len = if self.header.flags & FLAG_NORMALS != 0 { self.header.vertices } else { 0 };
+        self.part(self.normals_at(), usize::from(len))
+    }
+
+    /// The code of the shading normal at a vertex.
+    #[must_use]
+    pub fn normal(&self, vertex: usize) -> Option<u32> {
+        self.normals().get(vertex).copied()
+    }
+
+    /// All references to other blocks.
+    #[must_use]
+    pub fn refs(&self) -> &'a [Ref] {
+        self.part(self.refs_at(), usize::from(self.header.refs))
+    }
+
+    /// The reference with this index.
+    #[inline(always)]
+    #[must_use]
+    pub fn reference(&self, index: u16) -> Option<Ref> {
+        let words: &[Ref2] = bytemuck::cast_slice(self.quads);
+        let at = self.refs_at() / 4 + 2 * usize::from(index);
+        let [[block], [node]] = *words.get(at..)?.first_chunk::<2>()?;
+        Some(Ref { block, node: node as u16, _zero: 0 })
+    }
+
+    /// Where the normals begin, in bytes.
+    #[inline(always)]
+    fn normals_at(&self) -> usize {
+        self.vertices_at * 16 + 12 * usize::from(self.header.vertices)
+    }
+
+    /// Where the references begin, in bytes: a multiple of 4.
+    #[inline(always)]
+    fn refs_at(&self) -> usize {
+        let normals = usize::from(self.header.flags & FLAG_NORMALS);
+        self.normals_at() + 4 * normals * usize::from(self.header.vertices)
+    }
+
+    /// Where the padding begins, in bytes.
+    pub(super) fn content_end(&self) -> usize {
+        self.refs_at() + size_of::<Ref>() * usize::from(self.header.refs)
+    }
+
+    pub(super) fn bytes(&self) -> &'a [u8] {
+        bytemuck::cast_slice(self.quads)
+    }
+
+    /// `len` values at byte `at`, none if they do not fit.
+    fn part<T: Pod>(&self, at: usize, len: usize) -> &'a [T] {
+        let bytes = at
+            .checked_add(len * size_of::<T>())
+            .and_then(|end| self.bytes().get(at..end))
+            .unwrap_or_default();
+        bytemuck::try_cast_slice(bytes).unwrap_or_default()
+    }
+}
+
+/// Half a [`Ref`].
+type Ref2 = [u32; 1];
