@@ -2,4 +2,5 @@
 //!
 //! [`model`] is what every importer and built-in scene makes, and what the compiler takes.
 
+pub mod builtin;
 pub mod model;
