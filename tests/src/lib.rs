@@ -1,1 +1,3 @@
 //! Behaviour across crates, oracles, and benchmarks against peers.
+
+pub mod export;
