@@ -25,4 +25,4 @@ pub use aabb::Aabb;
 pub use prepared::{Interval, PreparedRay};
 pub use ray::{Hit, Primitive, Ray};
 pub use sphere::{SphereRoots, sphere_roots};
-pub use triangle::{DET_MAX, EDGE_MIN, TriangleHit};
+pub use triangle::{DET_MAX, DET_MIN, DET_PART, TriangleHit};
