@@ -11,8 +11,10 @@
 //! | [`geometry`] | rays, boxes, triangles, spheres, pyramids, and the bounds of their rounding |
 //! | [`block`] | a piece of the octree in bytes, the file that holds them, and their checked reader |
 //! | [`trace`] | closest hit and any hit over blocks: single rays, batches, bundles |
-//! | [`path`] | names of paths, and random numbers as functions of them |
+//! | [`path`] | names of paths |
+//! | [`random`] | low-discrepancy numbers as functions of those names |
 //! | [`scene`] | the tables of a scene: materials, lights, views |
+//! | [`view`] | from pixels to rays |
 #![no_std]
 #![forbid(unsafe_code)]
 #![cfg_attr(
@@ -26,5 +28,7 @@ extern crate std;
 pub mod block;
 pub mod geometry;
 pub mod path;
+pub mod random;
 pub mod scene;
 pub mod trace;
+pub mod view;

@@ -11,7 +11,7 @@ pub(super) fn check(
     views: &[View],
     needs: &[Needs],
 ) -> Result<(), FileError> {
-    all(Table::Materials, materials, material)?;
+    all(Table::Materials, materials, |m| material(m, lights.len()))?;
     all(Table::Lights, lights, |l| light(l, materials.len()))?;
     all(Table::Views, views, view)?;
     all(Table::Needs, needs, |n| n.radiance_max >= 0.0 && n.radiance_max.is_finite())
@@ -33,12 +33,12 @@ fn all<T>(table: Table, entries: &[T], sound: impl Fn(&T) -> bool) -> Result<(),
     }
 }
 
-fn material(m: &Material) -> bool {
+fn material(m: &Material, lights: usize) -> bool {
     let amounts = [m.diffuse, m.specular, m.transmit, m.absorption, m.emission];
     MaterialKind::from_u32(m.kind).is_some()
         && amounts.iter().all(not_negative)
         && not_negative(&[m.roughness, m.ior, m.transmit_specular])
-        && m._zero == 0
+        && m.light as usize <= lights
 }
 
 fn light(l: &Light, materials: usize) -> bool {

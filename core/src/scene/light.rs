@@ -40,7 +40,8 @@ impl LightKind {
 
 /// An entry of the light table: what direct lighting samples.
 ///
-/// The visible surface of an area light is in the blocks as well, with a material that emits.
+/// The visible surface of an area light is in the blocks as well, with a material that emits. The table is in the order of
+/// `material`, lights without one last ([`Material::light`](super::Material::light)).
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Light {

@@ -1,0 +1,154 @@
+//! Low-discrepancy numbers as functions of a path's key.
+//!
+//! A [`Sequence`] is Sobol's (0, 2)-sequence, Owen-scrambled and shuffled by a hash (Burley 2020, "Practical
+//! hash-based Owen scrambling"; the hash is Vegdahl's 2021 form of Laine and Karras'). Every aligned run of 2ᵏ
+//! indices is a (0, k, 2)-net: so the samples of a pixel stratify each other, and so does each power-of-two part of them.
+//!
+//! The crate `sobol_burley` does this for 256 dimensions, with a table of 16 KiB that a board would keep in flash,
+//! and for 2¹⁶ indices, which 1024 paths of 64 shadow rays use up. Two dimensions per purpose need no table.
+
+use crate::path::PathKey;
+
+/// What a random number is for: the dimensions of [`PathKey::scramble`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Purpose {
+    /// The place in the pixel.
+    Pixel,
+    /// Which lights are sampled.
+    Lights,
+    /// The direction of a reflected glossy ray.
+    Reflect,
+    /// The direction of a transmitted glossy ray.
+    Transmit,
+    /// Which children a point has.
+    Children,
+    /// The place on the light with this index.
+    Light(u32),
+}
+
+impl Purpose {
+    const fn dimension(self) -> u32 {
+        match self {
+            Self::Pixel => 0,
+            Self::Lights => 1,
+            Self::Reflect => 2,
+            Self::Transmit => 3,
+            Self::Children => 4,
+            Self::Light(index) => index.wrapping_add(256),
+        }
+    }
+}
+
+/// A sequence of points of the unit square.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Sequence {
+    shuffle: u32,
+    x: u32,
+    y: u32,
+}
+
+impl Sequence {
+    /// The sequence of a path's last point for a purpose. The samples of a pixel share it: where a sample takes `n`
+    /// points, they are those from `sample * n`.
+    #[must_use]
+    pub const fn new(key: PathKey, purpose: Purpose) -> Self {
+        Self::from_seed(key.scramble(purpose.dimension()))
+    }
+
+    /// The sequence with this seed.
+    #[must_use]
+    pub const fn from_seed(seed: u32) -> Self {
+        let shuffle = hash(seed ^ 0xa511_e9b3);
+        let x = hash(shuffle ^ 0x6395_2d5d);
+        Self { shuffle, x, y: hash(x ^ 0x1b56_c4e9) }
+    }
+
+    /// Point `index`: two numbers in [0, 1), multiples of 2⁻²⁴.
+    #[must_use]
+    pub const fn point(self, index: u32) -> [f32; 2] {
+        let index = owen(index.reverse_bits(), self.shuffle).reverse_bits();
+        [unit(owen(index, self.x).reverse_bits()), unit(owen(pascal(index), self.y).reverse_bits())]
+    }
+}
+
+/// The second dimension of Sobol's sequence, bits reversed: the matrix of binomial coefficients mod 2, whose rows are
+/// the supersets of their index; five steps add them up as a sum over subsets does.
+const fn pascal(i: u32) -> u32 {
+    let i = i ^ i >> 16 & 0x0000_ffff;
+    let i = i ^ i >> 8 & 0x00ff_00ff;
+    let i = i ^ i >> 4 & 0x0f0f_0f0f;
+    let i = i ^ i >> 2 & 0x3333_3333;
+    i ^ i >> 1 & 0x5555_5555
+}
+
+/// Owen's scramble of a number whose bits are reversed: each bit is flipped by a hash of those below it.
+const fn owen(x: u32, seed: u32) -> u32 {
+    let x = x ^ x.wrapping_mul(0x3d20_adea);
+    let x = x.wrapping_add(seed);
+    let x = x.wrapping_mul(seed >> 16 | 1);
+    let x = x ^ x.wrapping_mul(0x0552_6c56);
+    x ^ x.wrapping_mul(0x53a2_2864)
+}
+
+/// Wellons' `lowbias32`, a bijection.
+const fn hash(x: u32) -> u32 {
+    let x = (x ^ x >> 16).wrapping_mul(0x7feb_352d);
+    let x = (x ^ x >> 15).wrapping_mul(0x846c_a68b);
+    x ^ x >> 16
+}
+
+const fn unit(x: u32) -> f32 {
+    (x >> 8) as f32 * (1.0 / (1 << 24) as f32)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::collections::BTreeSet;
+    use std::vec::Vec;
+
+    /// The definition of a (0, k, 2)-net: every elementary interval of area 2⁻ᵏ holds one point.
+    #[test]
+    fn aligned_runs_are_nets() {
+        for seed in 0..20 {
+            let sequence = Sequence::from_seed(seed);
+            for k in 0..11_u32 {
+                let n = 1 << k;
+                for run in [0, 1, 5, (u32::MAX >> k) - 1] {
+                    let points: Vec<_> = (0..n).map(|i| sequence.point((run << k) + i)).collect();
+                    for a in 0..=k {
+                        let cells: BTreeSet<_> = points
+                            .iter()
+                            .map(|[x, y]| {
+                                let columns = (1 << a) as f32;
+                                let rows = (1 << (k - a)) as f32;
+                                ((x * columns) as u32, (y * rows) as u32)
+                            })
+                            .collect();
+                        assert_eq!(cells.len(), n as usize, "seed {seed} k {k} run {run} a {a}");
+                    }
+                }
+            }
+        }
+    }
+
+    /// Two purposes of one sample must not agree: pairs of first coordinates fill the square evenly.
+    #[test]
+    fn sequences_of_two_seeds_are_independent() {
+        let n = 1 << 16;
+        let mut cells = [0_u32; 256];
+        for seed in 0..16 {
+            let a = Sequence::from_seed(seed);
+            let b = Sequence::from_seed(seed + 1000);
+            for i in 0..n / 16 {
+                let (x, y) = (a.point(i)[0], b.point(i)[0]);
+                cells[(x * 16.0) as usize * 16 + (y * 16.0) as usize] += 1;
+            }
+        }
+        // 255 degrees of freedom; dependence within a net makes it smaller or far greater, never 400 by chance.
+        let expected = n as f64 / 256.0;
+        let chi2: f64 = cells.iter().map(|&c| (f64::from(c) - expected).powi(2) / expected).sum();
+        assert!(chi2 < 400.0, "{chi2}");
+    }
+}
