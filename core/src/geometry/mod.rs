@@ -16,6 +16,7 @@ mod order;
 mod prepared;
 mod ray;
 pub mod rounding;
+mod spawn;
 mod sphere;
 #[cfg(test)]
 mod tests;
@@ -24,5 +25,6 @@ mod triangle;
 pub use aabb::Aabb;
 pub use prepared::{Interval, PreparedRay};
 pub use ray::{Hit, Primitive, Ray};
+pub use spawn::{SurfacePoint, Target};
 pub use sphere::{SphereRoots, sphere_roots};
 pub use triangle::{DET_MAX, DET_MIN, DET_PART, TriangleHit};

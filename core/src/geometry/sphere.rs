@@ -41,6 +41,17 @@ pub fn sphere_roots(
     center: Vec3,
     radius: f32,
 ) -> Option<SphereRoots> {
+    let (near, far) = roots(origin, direction, center, radius)?;
+    Some(SphereRoots { near: near as f32, far: far as f32 })
+}
+
+/// The same, not rounded.
+pub(super) fn roots(
+    origin: Vec3,
+    direction: Vec3,
+    center: Vec3,
+    radius: f32,
+) -> Option<(f64, f64)> {
     let d = direction.as_dvec3();
     let f = origin.as_dvec3() - center.as_dvec3();
     let r = f64::from(radius);
@@ -56,15 +67,10 @@ pub fn sphere_roots(
     let q = if b < 0.0 { b - root } else { b + root };
     if q == 0.0 {
         // The line touches the sphere at the origin of the ray.
-        return Some(SphereRoots { near: 0.0, far: 0.0 });
+        return Some((0.0, 0.0));
     }
-    let t0 = (q / a) as f32;
     // f·f - r² without the cancellation of a difference of squares.
     let f_len = libm::sqrt(f.dot(f));
-    let t1 = ((f_len - r) * (f_len + r) / q) as f32;
-    Some(if t0 < t1 {
-        SphereRoots { near: t0, far: t1 }
-    } else {
-        SphereRoots { near: t1, far: t0 }
-    })
+    let (t0, t1) = (q / a, (f_len - r) * (f_len + r) / q);
+    Some(if t0 < t1 { (t0, t1) } else { (t1, t0) })
 }

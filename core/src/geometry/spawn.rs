@@ -1,0 +1,192 @@
+use super::rounding::UNIT_ROUNDOFF;
+use super::sphere::roots;
+use super::{Hit, PreparedRay, Primitive, Ray};
+use glam::{DVec3, Vec3};
+
+/// A point of a surface that a ray hit, from which other rays begin.
+///
+/// It is made from the primitive (the vertices by their weights, or the sphere), not from `origin + t * direction`, in
+/// f64. So it lies on the surface to within 2⁻⁵⁰ of its coordinates, and only the last rounding to f32 is left to care about.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SurfacePoint {
+    /// The point, rounded to the nearest f32: what shading uses. A ray must not begin here.
+    pub position: Vec3,
+    /// The unit geometric normal: of the side from which a triangle's vertices are counter-clockwise, of the
+    /// sphere's outside (inside, if it faces inward).
+    pub normal: Vec3,
+    exact: DVec3,
+    unit: DVec3,
+    /// Distance from the surface, beyond which a ray that leaves it cannot hit it again.
+    clearance: f64,
+}
+
+/// Where a shadow ray ends: a point on a light.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Target {
+    /// The point.
+    pub point: Vec3,
+    /// A normal of the surface there, of unit length, to either side; zero if there is no surface.
+    pub normal: Vec3,
+    /// The greatest distance, along any axis, between the point and others of its surface.
+    pub extent: f32,
+    /// The greatest distance between the point, as rounded, and the surface that rays can hit.
+    pub error: f32,
+}
+
+impl Target {
+    /// A point where no surface is: a ray to it ends there.
+    #[must_use]
+    pub const fn free(point: Vec3) -> Self {
+        Self { point, normal: Vec3::ZERO, extent: 0.0, error: 0.0 }
+    }
+}
+
+/// Clearance in parts of `R`, above [`PreparedRay::TRIANGLE_ERROR`]: see [`SurfacePoint::spawn`].
+const CLEARANCE: f64 = 72.0 * UNIT_ROUNDOFF as f64;
+/// The distance between neighbouring f32, in parts of the number: at most.
+const ULP: f64 = 2.0 * UNIT_ROUNDOFF as f64;
+
+impl Hit {
+    /// The point that a ray hit.
+    #[must_use]
+    pub fn surface(&self, ray: &Ray) -> SurfacePoint {
+        match self.primitive {
+            Primitive::Triangle { vertices, .. } => on_triangle(vertices, self.b1, self.b2),
+            Primitive::Sphere { center, radius, inward } => {
+                on_sphere(ray, self.t, center, radius, inward)
+            }
+        }
+    }
+}
+
+impl SurfacePoint {
+    /// A ray from here, without end. It cannot hit this primitive again, whichever way it goes (but the far side of
+    /// a sphere, from inside).
+    ///
+    /// It begins on the side of the surface that `direction` points to (the normal's, if it points to
+    /// neither), off the surface by the clearance along the normal, and each axis is rounded
+    /// away from the surface.
+    ///
+    /// # Why it cannot
+    ///
+    /// Let `R` be the greatest `|v - o|`, as in [`PreparedRay::triangle`], and the ray begin at a distance `h` from the
+    /// plane, going away from it. If the test succeeds, the triangle has a point `Q` that the line of the ray
+    /// passes within `6√2 u R`, so the line does so at a `t` with `h + t d·n <= 6√2 u R`, and the `t` that the test finds is larger by
+    /// at most `32 u R / |d[kz]|`. As `d·n <= √3 |d[kz]|`, it is below zero if `h > (6√2 + 32√3) u R`, which is less than `64 u R`. Clamping to the own box does not
+    /// raise it above zero: the box is entered no later than `Q`. The clearance is `72 u` times the greatest distance from the point to a
+    /// vertex plus one step of f32 per axis; the difference to 64 pays for the displacement itself. No constant here has a unit of length.
+    ///
+    /// A sphere is tested in f64; there the clearance is what f32 rounding along the surface can lose to its curvature.
+    #[must_use]
+    pub fn spawn(&self, direction: Vec3) -> Ray {
+        let origin = self.origin_towards(direction.as_dvec3());
+        Ray { origin, direction, t_min: 0.0, t_max: f32::INFINITY }
+    }
+
+    /// A ray from here to a target, which is at `t = 1 = t_max`. What it hits lies between: neither this primitive nor
+    /// the surface of the target, if `target.error` and `target.extent` are right and each of the two points lies off the other's
+    /// plane by more than the clearance. (If not, they see each other edge-on, at a cosine of some 10⁻⁵, and may be taken for hidden.)
+    ///
+    /// It ends before the target's surface by its error and by a clearance as in [`spawn`](Self::spawn), with the distance to
+    /// the target's farthest point as `R`.
+    #[must_use]
+    pub fn spawn_to(&self, target: &Target) -> Ray {
+        let end = target.point.as_dvec3();
+        let origin = self.origin_towards(end - self.exact);
+        let back = origin.as_dvec3() - end;
+        let normal = target.normal.as_dvec3();
+        let distance = back.abs().max_element();
+        let reach = distance + f64::from(target.extent) + ULP * end.abs().max_element();
+        let clearance = f64::from(target.error) + CLEARANCE * reach;
+        let off = if back.dot(normal) < 0.0 { -clearance } else { clearance };
+        let direction = (normal * off - back).as_vec3();
+        Ray { origin, direction, t_min: 0.0, t_max: 1.0 }
+    }
+
+    fn origin_towards(&self, direction: DVec3) -> Vec3 {
+        let away = if direction.dot(self.unit) < 0.0 { -self.unit } else { self.unit };
+        let p = self.exact + away * self.clearance;
+        Vec3::new(
+            round_towards(p.x, away.x),
+            round_towards(p.y, away.y),
+            round_towards(p.z, away.z),
+        )
+    }
+}
+
+/// The nearest f32 that is not on the wrong side of `x`: not below it if `sign` is above zero, not above if below.
+fn round_towards(x: f64, sign: f64) -> f32 {
+    let nearest = x as f32;
+    let back = f64::from(nearest);
+    if sign > 0.0 && back < x {
+        nearest.next_up()
+    } else if sign < 0.0 && back > x {
+        nearest.next_down()
+    } else {
+        nearest
+    }
+}
+
+fn on_triangle(vertices: [Vec3; 3], b1: f32, b2: f32) -> SurfacePoint {
+    let [v0, v1, v2] = vertices.map(Vec3::as_dvec3);
+    let (e1, e2) = (v1 - v0, v2 - v0);
+    let exact = v0 + e1 * f64::from(b1) + e2 * f64::from(b2);
+    let unit = triangle_normal(e1, e2);
+    let far = (v0 - exact).abs().max((v1 - exact).abs()).max((v2 - exact).abs()).max_element();
+    let clearance = CLEARANCE * (far + ULP * exact.abs().max_element());
+    SurfacePoint { position: exact.as_vec3(), normal: unit.as_vec3(), exact, unit, clearance }
+}
+
+/// A unit normal, also of slivers: it is made orthogonal to the longest edge once more. A triangle that is less
+/// than 2⁻²⁹ of its length wide is a line to the test, and any normal of the line will do.
+fn triangle_normal(e1: DVec3, e2: DVec3) -> DVec3 {
+    let e3 = e2 - e1;
+    let longest = [e2, e3].into_iter().fold(e1, |longest, e| {
+        if e.length_squared() > longest.length_squared() { e } else { longest }
+    });
+    let Some(along) = unit(longest) else { return DVec3::Z };
+    let n = unit(e1.cross(e2)).unwrap_or(along);
+    unit(n - along * n.dot(along))
+        .filter(|n| n.dot(along).abs() < 1e-12)
+        .unwrap_or_else(|| along.any_orthonormal_vector())
+}
+
+fn on_sphere(ray: &Ray, t: f32, center: Vec3, radius: f32, inward: bool) -> SurfacePoint {
+    let t = f64::from(t);
+    let t = match roots(ray.origin, ray.direction, center, radius) {
+        Some((near, far)) => {
+            if (near - t).abs() <= (far - t).abs() {
+                near
+            } else {
+                far
+            }
+        }
+        None => t,
+    };
+    let (c, r) = (center.as_dvec3(), f64::from(radius));
+    let from_center = ray.origin.as_dvec3() + ray.direction.as_dvec3() * t - c;
+    let outward = unit(from_center).unwrap_or(DVec3::Z);
+    let exact = c + outward * r;
+    // Rounding moves the origin along the surface by up to a step of f32 per axis: √3 ULP < 2 ULP.
+    let aside = 2.0 * ULP * exact.abs().max_element();
+    let clearance = (aside * aside / r + r / f64::from(1 << 30)).min(r * 0.5);
+    let unit = if inward { -outward } else { outward };
+    SurfacePoint { position: exact.as_vec3(), normal: unit.as_vec3(), exact, unit, clearance }
+}
+
+/// `v` at unit length, for lengths from 10⁻⁶⁰ to 10⁶⁰ at least.
+fn unit(v: DVec3) -> Option<DVec3> {
+    let length = libm::sqrt(v.length_squared());
+    (length > 0.0 && length < f64::INFINITY).then(|| v / length)
+}
+
+impl PreparedRay {
+    /// The ray that was prepared, with its present bounds.
+    #[must_use]
+    pub fn ray(&self) -> Ray {
+        Ray { origin: self.origin, direction: self.direction, t_min: self.t_min, t_max: self.t_max }
+    }
+}
+
+#[cfg(test)]
+mod tests;
