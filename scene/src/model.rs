@@ -1,11 +1,38 @@
 //! A scene as read: triangles, spheres, materials, lights and views in f64, in input coordinates.
 //!
-//! Importers and built-in scenes build a [`Model`] with its `add_` functions, which drop and count
-//! what cannot be rendered; the compiler turns it into blocks.
+//! Importers and built-in scenes build a [`Model`] with its `add_` functions; the compiler turns it
+//! into blocks.
+//!
+//! The `add_` functions keep these promises for what they enter:
+//! - every coordinate is finite and at most [`COORDINATE_MAX`], every index is in range, every
+//!   triangle has an area and every sphere a radius. What breaks this is dropped, and counted in
+//!   [`Model::notes`] with the place of the first;
+//! - a surface whose material emits for others ([`Emitter::Sampled`]) has its entries in
+//!   [`Model::lights`];
+//! - a limit of the format ([`MATERIALS_MAX`], `u32` indices) that is passed is a [`ModelError`].
+//!
+//! Vertices that no triangle names may occur; bounds are those of triangles and spheres.
 
-use std::collections::BTreeMap;
+mod error;
+mod lights;
+mod mesh;
+mod notes;
+mod polygon;
+mod round;
+mod shapes;
+#[cfg(test)]
+mod tests;
 
 use glam::DVec3;
+
+pub use error::ModelError;
+pub use notes::{Note, Notes, Place};
+pub use round::SIDES;
+
+/// Greatest number of materials.
+pub const MATERIALS_MAX: usize = u16::MAX as usize;
+/// Greatest magnitude of a coordinate or radius: squares and products of three stay finite.
+pub const COORDINATE_MAX: f64 = 1e100;
 
 /// No shading normal.
 pub const NO_NORMAL: u32 = u32::MAX;
@@ -28,7 +55,7 @@ pub struct Model {
     /// Views, the first is the default.
     pub views: Vec<View>,
     /// What was ignored or repaired, with how often: printed once each, in this order.
-    pub notes: BTreeMap<String, u64>,
+    pub notes: Notes,
 }
 
 /// A triangle, counter-clockwise seen from its front.
