@@ -171,7 +171,12 @@ fn a_shadow_ray_hits_neither_its_surface_nor_the_light() {
         assert_eq!(hit_of(&out, light), None, "seed {seed}: {light:?} {out:?}");
         // Prolonged by little, it does hit a light that is no sliver: it ends just before it.
         let wide = (l1 - l0).cross(l2 - l0).length() > 0.3 * f64::from(light_size * light_size);
-        if wide && a > 0.05 && b > 0.05 && distance > f64::from(magnitude) * 1e-2 {
+        if wide
+            && light_size > away * 0.05
+            && a > 0.05
+            && b > 0.05
+            && distance > f64::from(magnitude) * 1e-2
+        {
             let on = Ray { t_max: 1.02, ..out };
             assert!(hit_of(&on, light).is_some(), "seed {seed}: {light:?} {out:?}");
         }
