@@ -15,6 +15,7 @@ def specular(depth):
     class Specular(mi.SamplingIntegrator):
         def __init__(self, props):
             super().__init__(props)
+            self.depth = depth
 
         @dr.syntax
         def sample(self, scene, sampler, ray, medium=None, active=True):
@@ -30,7 +31,19 @@ def specular(depth):
                 active &= hit.is_valid()
                 bsdf = hit.bsdf(ray)
                 rough = active & mi.has_flag(bsdf.flags(), mi.BSDFFlags.Smooth)
-                sampled, radiance = scene.sample_emitter_direction(hit, sampler.next_2d(rough), True, rough)
+                sampled, radiance = scene.sample_emitter_direction(hit, sampler.next_2d(rough), False, rough)
+                # The shadow ray passes clear panes, weakened, and stops at all else.
+                towards = hit.spawn_ray_to(sampled.p)
+                passing = rough & dr.any(radiance != 0)
+                while passing:
+                    pane = scene.ray_intersect(towards, passing)
+                    passing &= pane.is_valid()
+                    through = pane.bsdf(towards)
+                    clear = passing & mi.has_flag(through.flags(), mi.BSDFFlags.Null)
+                    radiance[passing & ~clear] = 0
+                    radiance[clear] *= through.eval_null_transmission(pane, clear)
+                    passing &= clear
+                    towards[passing] = pane.spawn_ray_to(sampled.p)
                 value = bsdf.eval(context, hit, hit.to_local(sampled.d), rough)
                 light[rough] += weight * value * radiance
                 active &= ~rough
@@ -38,7 +51,7 @@ def specular(depth):
                 weight[active] *= factor
                 ray[active] = hit.spawn_ray(hit.to_world(drawn.wo))
                 bounce += 1
-                active &= (bounce < depth) & dr.any(weight != 0)
+                active &= (bounce < self.depth) & dr.any(weight != 0)
             return light, seen, []
 
     mi.register_integrator('kiloray_specular', lambda props: Specular(props))

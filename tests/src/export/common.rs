@@ -4,15 +4,24 @@ use kiloray_scene::model::Model;
 
 /// Reduces the materials to what Kiloray, Radiance and Mitsuba mean alike; returns what it changed.
 ///
-/// Glossy lobes are dropped (each renderer has its own), panes and dielectrics become clear.
+/// Glossy lobes are dropped (each renderer has its own), as are smooth normals and light from afar;
+/// panes and dielectrics become clear.
 pub fn common(model: &mut Model) -> Vec<String> {
     let mut changed = Vec::new();
+    let lights = model.lights.len();
+    model.lights.retain(|light| light.material.is_some());
+    if model.lights.len() < lights {
+        changed.push(format!("without {} distant or point lights", lights - model.lights.len()));
+    }
     for material in &mut model.materials {
         let mut note = |what: &str| changed.push(format!("{}: {what}", material.name));
         match material.kind {
             MaterialKind::Opaque => {
                 if material.specular != DVec3::ZERO {
                     note("without its glossy lobe");
+                    if material.diffuse == DVec3::ZERO {
+                        material.diffuse = material.specular;
+                    }
                     material.specular = DVec3::ZERO;
                     material.roughness = 0.0;
                 }
