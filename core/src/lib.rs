@@ -15,6 +15,7 @@
 //! | [`random`] | low-discrepancy numbers as functions of those names |
 //! | [`scene`] | the tables of a scene: materials, lights, views |
 //! | [`view`] | from pixels to rays |
+//! | [`store`] | a node's memory: arena, budget, block cache, pools and queues |
 #![no_std]
 #![forbid(unsafe_code)]
 #![cfg_attr(
@@ -30,5 +31,6 @@ pub mod geometry;
 pub mod path;
 pub mod random;
 pub mod scene;
+pub mod store;
 pub mod trace;
 pub mod view;

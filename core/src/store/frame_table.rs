@@ -1,0 +1,316 @@
+use bytemuck::{Pod, Zeroable};
+
+/// Names a frame of a cache.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Pod, Zeroable)]
+#[repr(transparent)]
+pub(super) struct FrameId(u32);
+
+impl FrameId {
+    /// No frame.
+    pub(super) const NONE: Self = Self(u32::MAX);
+
+    /// Its index.
+    #[must_use]
+    pub(super) const fn index(self) -> usize {
+        self.0 as usize
+    }
+}
+
+/// What the cache knows of a frame.
+#[derive(Debug, Clone, Copy, Pod, Zeroable)]
+#[repr(C)]
+pub(super) struct FrameEntry {
+    block: u32,
+    /// Towards the one to leave first; in the list of free frames the next one.
+    older: FrameId,
+    newer: FrameId,
+    state: u32,
+}
+
+/// In [`FrameEntry::state`]: the frame belongs to `block`. Without it the frame is free.
+const TAKEN: u32 = 1;
+/// The bytes are not all there.
+const ON_ITS_WAY: u32 = 2;
+/// Not to be evicted before its first use.
+const UNUSED: u32 = 4;
+/// Not to be evicted before it is unprotected.
+const PROTECTED: u32 = 8;
+
+impl FrameEntry {
+    const FREE: Self = Self { block: 0, older: FrameId::NONE, newer: FrameId::NONE, state: 0 };
+}
+
+/// Length of the index for this many frames: a power of two, at most half full.
+#[must_use]
+pub(super) const fn index_len(frames: usize) -> usize {
+    frames.saturating_mul(2).next_power_of_two()
+}
+
+/// What the table of a cache takes of an arena, for this many frames.
+#[must_use]
+pub const fn frame_table_bytes(frames: usize) -> usize {
+    super::Arena::bytes_of::<FrameEntry>(frames)
+        .saturating_add(super::Arena::bytes_of::<u32>(index_len(frames)))
+}
+
+/// Which block lies in which frame, and which frame leaves next.
+///
+/// The index is a hash table with linear probing (Knuth, TAOCP 3, 6.4, algorithms L and R: a removal
+/// moves later entries back, so there are no tombstones and a search stays short for ever). Frames
+/// that may leave are linked from newest to oldest; what is protected, unused or on its way
+/// is in no list.
+#[derive(Debug)]
+pub(super) struct FrameTable<'a> {
+    entries: &'a mut [FrameEntry],
+    /// Frame number plus one, zero for none.
+    index: &'a mut [u32],
+    newest: FrameId,
+    oldest: FrameId,
+    free: FrameId,
+    free_len: usize,
+    evictable_len: usize,
+}
+
+impl<'a> FrameTable<'a> {
+    /// A table of free frames, as many as there are `entries`; `index` is of length [`index_len`].
+    pub(super) fn new(entries: &'a mut [FrameEntry], index: &'a mut [u32]) -> Self {
+        entries.fill(FrameEntry::FREE);
+        index.fill(0);
+        let mut table = Self {
+            entries,
+            index,
+            newest: FrameId::NONE,
+            oldest: FrameId::NONE,
+            free: FrameId::NONE,
+            free_len: 0,
+            evictable_len: 0,
+        };
+        for frame in (0..table.entries.len() as u32).rev() {
+            table.put_free(FrameId(frame));
+        }
+        table
+    }
+
+    /// Number of frames.
+    pub(super) const fn len(&self) -> usize {
+        self.entries.len()
+    }
+
+    /// Frames without a block.
+    pub(super) const fn free_len(&self) -> usize {
+        self.free_len
+    }
+
+    /// Frames that a new block can have: the free and the evictable ones.
+    pub(super) const fn available(&self) -> usize {
+        self.free_len.saturating_add(self.evictable_len)
+    }
+
+    /// The frame of a block. O(1) expected.
+    #[inline]
+    pub(super) fn find(&self, block: u32) -> Option<FrameId> {
+        let mut at = self.home(block);
+        for _ in 0..self.index.len() {
+            let frame = FrameId(self.index.get(at)?.checked_sub(1)?);
+            if self.entries.get(frame.index())?.block == block {
+                return Some(frame);
+            }
+            at = self.after(at);
+        }
+        None
+    }
+
+    /// Whether the bytes of a frame are not all there yet.
+    pub(super) fn is_on_its_way(&self, frame: FrameId) -> bool {
+        self.entries.get(frame.index()).is_some_and(|e| e.state & ON_ITS_WAY != 0)
+    }
+
+    /// Takes a frame for a block that has none: a free one, or else the oldest evictable one (then
+    /// the second value is true). It is on its way, and kept for its first use if `unused`.
+    pub(super) fn take(&mut self, block: u32, unused: bool) -> Option<(FrameId, bool)> {
+        let evicts = self.free == FrameId::NONE;
+        let frame = if evicts { self.oldest } else { self.free };
+        let older = self.entries.get(frame.index())?.older;
+        if evicts {
+            self.unlink(frame);
+            self.forget(frame);
+        } else {
+            self.free = older;
+            self.free_len = self.free_len.saturating_sub(1);
+        }
+        let state = TAKEN | ON_ITS_WAY | if unused { UNUSED } else { 0 };
+        let entry = self.entries.get_mut(frame.index())?;
+        *entry = FrameEntry { block, state, ..FrameEntry::FREE };
+        let mut at = self.home(block);
+        // Every loop over the index is bounded by its length: a fault may lose a block, not hang.
+        for _ in 0..self.index.len() {
+            if self.index.get(at).is_some_and(|&frame| frame == 0) {
+                break;
+            }
+            at = self.after(at);
+        }
+        *self.index.get_mut(at)? = frame.0.saturating_add(1);
+        Some((frame, evicts))
+    }
+
+    /// Frees a frame, whatever its state.
+    pub(super) fn release(&mut self, frame: FrameId) {
+        let Some(state) = self.entries.get(frame.index()).map(|e| e.state) else { return };
+        if state == TAKEN {
+            self.unlink(frame);
+        }
+        if state & TAKEN != 0 {
+            self.forget(frame);
+            self.put_free(frame);
+        }
+    }
+
+    /// All bytes of a frame on its way are there.
+    pub(super) fn arrived(&mut self, frame: FrameId) {
+        self.set(frame, 0, ON_ITS_WAY);
+    }
+
+    /// The frame was used: it becomes the newest.
+    #[inline]
+    pub(super) fn touch(&mut self, frame: FrameId) {
+        if frame != self.newest {
+            if self.entries.get(frame.index()).is_some_and(|e| e.state == TAKEN) {
+                self.unlink(frame);
+                self.link_newest(frame);
+            } else {
+                self.set(frame, 0, UNUSED);
+            }
+        }
+    }
+
+    /// Keeps a frame from eviction until [`Self::unprotect`].
+    pub(super) fn protect(&mut self, frame: FrameId) {
+        self.set(frame, PROTECTED, 0);
+    }
+
+    /// Ends the protection.
+    pub(super) fn unprotect(&mut self, frame: FrameId) {
+        self.set(frame, 0, PROTECTED);
+    }
+
+    /// Whether `protect` would leave some other frame to a new block.
+    pub(super) fn can_protect(&self, frame: FrameId) -> bool {
+        match self.entries.get(frame.index()).map(|e| e.state) {
+            Some(TAKEN) => self.available() > 1,
+            Some(state) => state & PROTECTED != 0 || self.available() > 0,
+            None => false,
+        }
+    }
+
+    /// Sets and clears bits of a state, and enters or leaves the list as the result says.
+    fn set(&mut self, frame: FrameId, bits: u32, clear: u32) {
+        let Some(entry) = self.entries.get_mut(frame.index()) else { return };
+        let before = entry.state;
+        if before & TAKEN == 0 {
+            return;
+        }
+        entry.state = before & !clear | bits;
+        let after = entry.state;
+        if before == TAKEN && after != TAKEN {
+            self.unlink(frame);
+        } else if before != TAKEN && after == TAKEN {
+            self.link_newest(frame);
+        }
+    }
+
+    fn put_free(&mut self, frame: FrameId) {
+        let free = self.free;
+        if let Some(entry) = self.entries.get_mut(frame.index()) {
+            *entry = FrameEntry { older: free, ..FrameEntry::FREE };
+            self.free = frame;
+            self.free_len = self.free_len.saturating_add(1);
+        }
+    }
+
+    fn link_newest(&mut self, frame: FrameId) {
+        let newest = self.newest;
+        if let Some(entry) = self.entries.get_mut(frame.index()) {
+            (entry.older, entry.newer) = (newest, FrameId::NONE);
+        }
+        match self.entries.get_mut(newest.index()) {
+            Some(entry) => entry.newer = frame,
+            None => self.oldest = frame,
+        }
+        self.newest = frame;
+        self.evictable_len = self.evictable_len.saturating_add(1);
+    }
+
+    fn unlink(&mut self, frame: FrameId) {
+        let Some(&FrameEntry { older, newer, .. }) = self.entries.get(frame.index()) else {
+            return;
+        };
+        match self.entries.get_mut(older.index()) {
+            Some(entry) => entry.newer = newer,
+            None => self.oldest = newer,
+        }
+        match self.entries.get_mut(newer.index()) {
+            Some(entry) => entry.older = older,
+            None => self.newest = older,
+        }
+        self.evictable_len = self.evictable_len.saturating_sub(1);
+    }
+
+    /// Takes a frame's block out of the index.
+    fn forget(&mut self, frame: FrameId) {
+        let Some(block) = self.entries.get(frame.index()).map(|e| e.block) else { return };
+        let named = frame.0.saturating_add(1);
+        let mut gap = self.home(block);
+        for _ in 0..self.index.len() {
+            if self.index.get(gap).is_none_or(|&f| f == 0 || f == named) {
+                break;
+            }
+            gap = self.after(gap);
+        }
+        let mut at = self.after(gap);
+        for _ in 0..self.index.len() {
+            let Some(&next) = self.index.get(at).filter(|&&next| next != 0) else { break };
+            let block = self.entries.get(next.wrapping_sub(1) as usize).map_or(0, |e| e.block);
+            // It may fill the gap if its home does not lie behind the gap (cyclically).
+            let mask = self.index.len().wrapping_sub(1);
+            let from_home = at.wrapping_sub(self.home(block)) & mask;
+            let from_gap = at.wrapping_sub(gap) & mask;
+            if from_home >= from_gap {
+                if let Some(place) = self.index.get_mut(gap) {
+                    *place = next;
+                }
+                gap = at;
+            }
+            at = self.after(at);
+        }
+        if let Some(place) = self.index.get_mut(gap) {
+            *place = 0;
+        }
+    }
+
+    /// Where the search for a block begins (Fibonacci hashing; Knuth, TAOCP 3, 6.4).
+    #[inline]
+    fn home(&self, block: u32) -> usize {
+        let hash = u64::from(block.wrapping_mul(0x9e37_79b9));
+        ((hash * self.index.len() as u64) >> 32) as usize
+    }
+
+    #[inline]
+    const fn after(&self, at: usize) -> usize {
+        at.wrapping_add(1) & self.index.len().wrapping_sub(1)
+    }
+}
+
+/// The most frames of `block_bytes` that fit `bytes` of an arena together with their table.
+#[must_use]
+pub const fn frames_that_fit(bytes: usize, block_bytes: usize) -> usize {
+    let mut frames = bytes / if block_bytes == 0 { 1 } else { block_bytes };
+    // The table takes less than a frame for every ten: a few steps down at the most, per power of two.
+    while frames > 0
+        && frame_table_bytes(frames)
+            .saturating_add(super::Arena::bytes_of::<u8>(block_bytes.saturating_mul(frames)))
+            > bytes
+    {
+        frames = frames.saturating_sub(1);
+    }
+    frames
+}

@@ -1,0 +1,129 @@
+/// First in, first out, in the slice it is lent.
+#[derive(Debug)]
+pub struct Queue<'a, T> {
+    items: &'a mut [T],
+    first: usize,
+    len: usize,
+    peak: usize,
+}
+
+/// The queue is full; the value comes back.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Full<T>(pub T);
+
+impl<'a, T: Copy> Queue<'a, T> {
+    /// An empty queue; its capacity is the length of `items`, whose content does not matter.
+    #[must_use]
+    pub const fn new(items: &'a mut [T]) -> Self {
+        Self { items, first: 0, len: 0, peak: 0 }
+    }
+
+    /// Appends a value.
+    ///
+    /// # Errors
+    /// [`Full`], with the value, when there is no room.
+    pub fn enqueue(&mut self, value: T) -> Result<(), Full<T>> {
+        let at = self.wrap(self.first.saturating_add(self.len));
+        let full = self.is_full();
+        match self.items.get_mut(at) {
+            Some(place) if !full => {
+                *place = value;
+                self.len = self.len.saturating_add(1);
+                self.peak = self.peak.max(self.len);
+                Ok(())
+            }
+            _ => Err(Full(value)),
+        }
+    }
+
+    /// Takes the oldest value.
+    pub fn dequeue(&mut self) -> Option<T> {
+        if self.len == 0 {
+            return None;
+        }
+        let value = self.items.get(self.first).copied();
+        self.first = self.wrap(self.first.saturating_add(1));
+        self.len = self.len.saturating_sub(1);
+        value
+    }
+
+    /// The oldest value.
+    #[must_use]
+    pub fn front(&self) -> Option<&T> {
+        if self.len == 0 { None } else { self.items.get(self.first) }
+    }
+
+    /// Number of values.
+    #[must_use]
+    pub const fn len(&self) -> usize {
+        self.len
+    }
+
+    /// Whether there is none.
+    #[must_use]
+    pub const fn is_empty(&self) -> bool {
+        self.len == 0
+    }
+
+    /// Whether there is no room.
+    #[must_use]
+    pub const fn is_full(&self) -> bool {
+        self.len == self.items.len()
+    }
+
+    /// Most values it can hold.
+    #[must_use]
+    pub const fn capacity(&self) -> usize {
+        self.items.len()
+    }
+
+    /// Most values it ever held.
+    #[must_use]
+    pub const fn peak(&self) -> usize {
+        self.peak
+    }
+
+    /// An index below twice the capacity, brought back below it.
+    const fn wrap(&self, at: usize) -> usize {
+        if at >= self.items.len() { at.saturating_sub(self.items.len()) } else { at }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+    use std::collections::VecDeque;
+    use std::vec;
+    use std::vec::Vec;
+
+    proptest! {
+        #[test]
+        fn behaves_as_a_bounded_deque(
+            capacity in 0_usize..6,
+            steps in prop::collection::vec(any::<Option<u8>>(), 0..200),
+        ) {
+            let mut items = vec![0_u8; capacity];
+            let mut queue = Queue::new(&mut items);
+            let mut model = VecDeque::new();
+            let mut peak = 0;
+            for step in steps {
+                match step {
+                    Some(x) if model.len() < capacity => {
+                        model.push_back(x);
+                        prop_assert_eq!(queue.enqueue(x), Ok(()));
+                    }
+                    Some(x) => prop_assert_eq!(queue.enqueue(x), Err(Full(x))),
+                    None => prop_assert_eq!(queue.dequeue(), model.pop_front()),
+                }
+                peak = peak.max(model.len());
+                prop_assert_eq!(queue.len(), model.len());
+                prop_assert_eq!(queue.front(), model.front());
+                prop_assert_eq!(queue.is_full(), model.len() == capacity);
+                prop_assert_eq!(queue.peak(), peak);
+            }
+            let rest: Vec<_> = core::iter::from_fn(|| queue.dequeue()).collect();
+            prop_assert_eq!(rest, Vec::from(model));
+        }
+    }
+}
