@@ -3,4 +3,7 @@
 //! [`model`] is what every importer and built-in scene makes, and what the compiler takes.
 
 pub mod builtin;
+pub mod compile;
+pub mod kilo;
 pub mod model;
+mod needs;

@@ -200,6 +200,14 @@ impl Node {
     pub const EMPTY: Self =
         Self { lo: [[u16::MAX; 8]; 3], hi: [[0; 8]; 3], child: [Child::Empty.encode(); 8] };
 
+    /// Writes the three split axes into the top bits of the slots.
+    pub fn set_axes(&mut self, axes: [u8; 3]) {
+        for (slot, child) in self.child.iter_mut().enumerate() {
+            let axis = axes.get(slot / 2).copied().unwrap_or(0);
+            *child = *child & 0x7fff | u16::from(axis >> (slot % 2) & 1) << 15;
+        }
+    }
+
     /// The three split axes, 0 to 2 each; an undefined code reads as z.
     #[must_use]
     pub fn axes(&self) -> [u8; 3] {

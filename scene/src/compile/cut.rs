@@ -1,0 +1,211 @@
+//! The tree in treelets.
+//!
+//! Aila & Karras 2010, "Architecture considerations for tracing incoherent rays", section 4.1: from
+//! the bottom up, each node grows a treelet of which it is the root, by the child of greatest area
+//! per byte, and keeps the size at which the areas of all treelet roots at and below it are least.
+//! Sizes here are exact: a vertex that the treelet has already costs nothing.
+
+use kiloray_core::block::format::{
+    BlockHeader, Node as StoredNode, RECORD_PRIMITIVES, Record, Ref,
+};
+
+use super::layout::{END_BYTES, Source};
+
+/// The cut: for each node, whether a treelet begins there.
+#[derive(Debug)]
+pub(crate) struct Treelets {
+    /// Roots in increasing order, and where the nodes of each end in `nodes`.
+    pub(crate) roots: Vec<(u32, u32)>,
+    /// The nodes of treelet after treelet, each in increasing order.
+    pub(crate) nodes: Vec<u32>,
+}
+
+/// What the cut knows of a node.
+#[derive(Debug, Clone, Copy, Default)]
+struct Known {
+    area: f32,
+    /// Without vertices.
+    bytes: u32,
+    /// Of all at and below it, vertices not shared.
+    subtree_bytes: u64,
+    /// Where its vertices end in the list of all.
+    vertices_end: u32,
+    /// Least sum of areas of treelet roots at and below it.
+    cost: f32,
+    /// Nodes of the treelet that has it, less one.
+    steps: u32,
+}
+
+/// Cuts the tree. `done` hears how many nodes have been seen.
+pub(crate) fn cut(source: Source<'_>, done: &mut dyn FnMut(u64)) -> Treelets {
+    let (mut known, vertices) = know(source);
+    let mut grower = Grower {
+        source,
+        vertices: &vertices,
+        seen: vec![0; source.surfaces.vertices.len()],
+        generation: 0,
+        cut: Vec::new(),
+        taken: Vec::new(),
+    };
+    for index in (0..known.len()).rev() {
+        let (cost, steps) = grower.grow(&known, index as u32, u32::MAX);
+        known[index].cost = cost;
+        known[index].steps = steps;
+        if index % (1 << 12) == 0 {
+            done((known.len() - index) as u64);
+        }
+    }
+    let mut treelets = Treelets { roots: Vec::new(), nodes: Vec::new() };
+    let mut is_root = vec![false; known.len()];
+    if let Some(root) = is_root.first_mut() {
+        *root = true;
+    }
+    for index in 0..known.len() {
+        if is_root[index] {
+            grower.grow(&known, index as u32, known[index].steps);
+            grower.taken.sort_unstable();
+            treelets.nodes.extend_from_slice(&grower.taken);
+            treelets.roots.push((index as u32, treelets.nodes.len() as u32));
+            for below in &grower.cut {
+                is_root[*below as usize] = true;
+            }
+        }
+    }
+    treelets
+}
+
+/// Sizes of all nodes, and the vertices of each without repetition.
+fn know(source: Source<'_>) -> (Vec<Known>, Vec<u32>) {
+    let mut known = vec![Known::default(); source.nodes.len()];
+    let mut vertices = Vec::new();
+    for (node, known) in source.nodes.iter().zip(&mut known) {
+        let begin = vertices.len();
+        let mut records = 0;
+        for (_, first, count) in node.leaves() {
+            let range = first as usize..(first + count) as usize;
+            vertices.extend(source.surfaces.corners[range.clone()].iter().flatten());
+            let groups = source.surfaces.items[range].chunk_by(|a, b| a.group == b.group);
+            records += groups.map(|group| group.len().div_ceil(RECORD_PRIMITIVES)).sum::<usize>();
+        }
+        vertices[begin..].sort_unstable();
+        let mut len = begin;
+        for i in begin..vertices.len() {
+            if i == begin || vertices[i] != vertices[len - 1] {
+                vertices[len] = vertices[i];
+                len += 1;
+            }
+        }
+        vertices.truncate(len);
+        known.vertices_end = len as u32;
+        known.area = node.area();
+        known.bytes = (size_of::<StoredNode>() + records * size_of::<Record>()) as u32;
+        known.subtree_bytes =
+            u64::from(known.bytes) + ((len - begin) * vertex_bytes(source)) as u64;
+    }
+    for index in (0..known.len()).rev() {
+        let below = source.nodes[index].nodes();
+        known[index].subtree_bytes +=
+            below.map(|(_, kid)| known[kid as usize].subtree_bytes).sum::<u64>();
+    }
+    (known, vertices)
+}
+
+fn vertex_bytes(source: Source<'_>) -> usize {
+    if source.surfaces.normals { 16 } else { 12 }
+}
+
+struct Grower<'a> {
+    source: Source<'a>,
+    vertices: &'a [u32],
+    /// The generation that last held each vertex.
+    seen: Vec<u32>,
+    generation: u32,
+    /// Nodes below the treelet.
+    cut: Vec<u32>,
+    /// Nodes of the treelet.
+    taken: Vec<u32>,
+}
+
+impl Grower<'_> {
+    /// Grows a treelet by at most `steps_max` nodes; returns the least cost and after how many
+    /// steps it was. `taken` and `cut` are the last ones.
+    fn grow(&mut self, known: &[Known], root: u32, steps_max: u32) -> (f32, u32) {
+        self.generation += 1;
+        self.cut.clear();
+        self.taken.clear();
+        let fixed = size_of::<BlockHeader>() + END_BYTES;
+        let mut left = (self.source.block_bytes - fixed) as i64;
+        let mut below = self.take(known, root, &mut left, 0.0);
+        let mut best = (known[root as usize].area + below, 0);
+        let mut steps = 0;
+        while steps < steps_max {
+            let Some(at) = self.choose(known, left) else { break };
+            let next = self.cut.swap_remove(at);
+            below = self.take(known, next, &mut left, below - known[next as usize].cost);
+            left += size_of::<Ref>() as i64;
+            steps += 1;
+            let cost = known[root as usize].area + below;
+            if cost <= best.0 {
+                best = (cost, steps);
+            }
+        }
+        best
+    }
+
+    /// The member of the cut with the most area per byte, of those that fit.
+    fn choose(&self, known: &[Known], left: i64) -> Option<usize> {
+        let mut best = None;
+        for (at, &node) in self.cut.iter().enumerate() {
+            let of = &known[node as usize];
+            if i64::from(of.bytes) > left {
+                continue;
+            }
+            let price = (of.subtree_bytes as i64).min(left).max(1) as f32;
+            let score = of.area / price;
+            if best.is_none_or(|(least, _)| score > least) && self.bytes(known, node) <= left {
+                best = Some((score, at));
+            }
+        }
+        best.map(|(_, at)| at)
+    }
+
+    /// Bytes that a node would add; the reference to it is saved.
+    fn bytes(&self, known: &[Known], node: u32) -> i64 {
+        let fresh = self.vertices_of(known, node);
+        let fresh = fresh.iter().filter(|&&v| self.seen[v as usize] != self.generation).count();
+        let below = self.source.nodes[node as usize].nodes().count();
+        let bytes = i64::from(known[node as usize].bytes)
+            + (fresh * vertex_bytes(self.source)) as i64
+            + (below * size_of::<Ref>()) as i64;
+        bytes - if self.taken.is_empty() { 0 } else { size_of::<Ref>() as i64 }
+    }
+
+    /// Moves a node into the treelet; returns the cost of the cut, from what it was without it.
+    fn take(&mut self, known: &[Known], node: u32, left: &mut i64, mut below: f32) -> f32 {
+        for i in self.range(known, node) {
+            let seen = &mut self.seen[self.vertices[i] as usize];
+            if *seen != self.generation {
+                *seen = self.generation;
+                *left -= vertex_bytes(self.source) as i64;
+            }
+        }
+        *left -= i64::from(known[node as usize].bytes);
+        for (_, kid) in self.source.nodes[node as usize].nodes() {
+            *left -= size_of::<Ref>() as i64;
+            self.cut.push(kid);
+            below += known[kid as usize].cost;
+        }
+        self.taken.push(node);
+        below
+    }
+
+    fn range(&self, known: &[Known], node: u32) -> std::ops::Range<usize> {
+        let node = node as usize;
+        let begin = if node == 0 { 0 } else { known[node - 1].vertices_end as usize };
+        begin..known[node].vertices_end as usize
+    }
+
+    fn vertices_of(&self, known: &[Known], node: u32) -> &[u32] {
+        &self.vertices[self.range(known, node)]
+    }
+}

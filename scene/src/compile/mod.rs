@@ -1,0 +1,40 @@
+//! From a [`Model`](crate::model::Model) to blocks.
+//!
+//! The stages, in order; each is a file:
+//!
+//! | stage | what it does |
+//! | --- | --- |
+//! | `frame` | moves the scene's centre to the origin and scales it into [-1, 1]³ |
+//! | `tables` | materials, lights and views in scene units; what is not used is left out |
+//! | `surfaces` | rounds vertices to f32, merges equal ones, boxes the primitives |
+//! | `build`, `split` | the tree: octants by planes chosen with the surface-area heuristic |
+//! | `cut` | the tree in treelets that fit a block (Aila & Karras 2010) |
+//! | `pack`, `layout` | treelets into blocks, and every vertex to its place |
+//! | `emit` | the bytes of each block |
+//!
+//! Sizes that grow with the scene are 32 bits wide. The result is a function of the model and the
+//! [`Options`] alone: the same bytes on every machine, with any number of threads.
+
+mod bounds;
+mod build;
+mod compiled;
+mod cut;
+mod emit;
+mod frame;
+mod layout;
+mod options;
+mod pack;
+mod pipeline;
+mod split;
+mod stats;
+mod surfaces;
+mod tables;
+#[cfg(test)]
+mod tests;
+mod tree;
+
+pub use compiled::Compiled;
+pub use options::{CompileError, Options, Progress, Stage};
+pub use pipeline::compile;
+pub use stats::Stats;
+pub(crate) use surfaces::Surfaces;

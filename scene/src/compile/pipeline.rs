@@ -1,0 +1,124 @@
+use std::time::Instant;
+
+use kiloray_core::block::format::FileHeader;
+use kiloray_core::block::format::{MAGIC, VERSION};
+
+use super::bounds::Bounds;
+use super::build::build;
+use super::compiled::Compiled;
+use super::cut::cut;
+use super::emit::emit;
+use super::frame::Placement;
+use super::layout::Source;
+use super::options::{CompileError, Options, Progress, Stage};
+use super::pack::pack;
+use super::stats::Stats;
+use super::surfaces::Surfaces;
+use super::tables::{Materials, check_lights, view};
+use super::tree::Node;
+use crate::kilo::{Image, Tables};
+use crate::model::Model;
+
+/// Compiles a model to the bytes of a `.kilo` file.
+///
+/// # Errors
+///
+/// [`CompileError`]: a size of blocks that cannot be, a model whose indices lead nowhere, or more
+/// surfaces than the file's numbers can count.
+pub fn compile(
+    model: &Model,
+    options: &Options,
+    progress: &mut dyn Progress,
+) -> Result<Compiled, CompileError> {
+    options.check()?;
+    check_lights(model)?;
+    let mut clock = Clock { last: Instant::now(), stats: Stats::default() };
+    let place = Placement::of(model);
+    let mut surfaces = Surfaces::of(model, place)?;
+    let lights: Vec<_> = model.lights.clone();
+    let mut materials = Materials::of(model, &mut surfaces, &lights, place);
+    let count = surfaces.items.len() as u64;
+    progress.report(Stage::Surfaces, count, count);
+    clock.stage(0);
+
+    let nodes = build(&mut surfaces.items, &mut |done| progress.report(Stage::Tree, done, count));
+    surfaces.sort_corners();
+    progress.report(Stage::Tree, count, count);
+    clock.stage(1);
+
+    let source = Source { nodes: &nodes, surfaces: &surfaces, block_bytes: options.block_bytes };
+    let parents = parents(&nodes);
+    let total = nodes.len() as u64;
+    let treelets = cut(source, &mut |done| progress.report(Stage::Cut, done, total));
+    let blocks = pack(source, &parents, &treelets);
+    progress.report(Stage::Cut, total, total);
+    clock.stage(2);
+
+    let mut all = Bounds::EMPTY;
+    for item in &surfaces.items {
+        all.grow(item.lanes());
+    }
+    let (lo, hi) = if all.is_empty() { ([0.0; 3], [0.0; 3]) } else { (all.lo(), all.hi()) };
+    let lights = materials.lights(&lights, place);
+    let views: Vec<_> = model.views.iter().filter_map(|v| view(v, place)).collect();
+    let needs = crate::needs::needs(&materials.table, &lights, &surfaces);
+    let header = FileHeader {
+        magic: MAGIC,
+        version: VERSION,
+        block_bytes: options.block_bytes as u32,
+        blocks: blocks.nodes.len() as u32,
+        primitives: count as u32,
+        frame: place.frame(surfaces.error),
+        lo,
+        hi,
+        ..bytemuck::Zeroable::zeroed()
+    };
+    let tables = Tables { materials: &materials.table, lights: &lights, views: &views, needs };
+    let mut image = Image::new(header, tables);
+    let totals = emit(source, &parents, &blocks, image.blocks_mut());
+    let number = header.blocks.into();
+    progress.report(Stage::Blocks, number, number);
+    clock.stage(3);
+
+    let stats = Stats {
+        triangles: surfaces.triangles,
+        spheres: surfaces.spheres,
+        dropped: surfaces.dropped,
+        block_bytes: options.block_bytes,
+        blocks: number,
+        used_bytes: blocks.used,
+        nodes: total,
+        records: totals.records,
+        vertices: totals.vertices,
+        refs: totals.refs,
+        depth: totals.height.into(),
+        nesting: totals.nesting.into(),
+        ..clock.stats
+    };
+    let stats = stats.with_expectations(&nodes, &surfaces, &blocks);
+    Ok(Compiled { image, stats })
+}
+
+struct Clock {
+    last: Instant,
+    stats: Stats,
+}
+
+impl Clock {
+    fn stage(&mut self, stage: usize) {
+        let now = Instant::now();
+        self.stats.times[stage] = now - self.last;
+        self.last = now;
+    }
+}
+
+/// The parent of each node; `u32::MAX` for the root.
+fn parents(nodes: &[Node]) -> Vec<u32> {
+    let mut parents = vec![u32::MAX; nodes.len()];
+    for (index, node) in nodes.iter().enumerate() {
+        for (_, kid) in node.nodes() {
+            parents[kid as usize] = index as u32;
+        }
+    }
+    parents
+}

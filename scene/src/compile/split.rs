@@ -1,0 +1,171 @@
+//! Where to cut a set of primitives in two: the surface-area heuristic.
+//!
+//! MacDonald & Booth 1990; many primitives in bins (Wald 2007), few by a full sweep. Counts are
+//! rounded up to whole records, so that records come out full. A cut always exists: where planes
+//! cannot tell the primitives apart, they are halved by count.
+
+use kiloray_core::block::format::RECORD_PRIMITIVES;
+
+use super::bounds::{Bounds, Item};
+
+/// Bins per axis.
+const BINS: usize = 32;
+/// Up to so many primitives are swept.
+pub(crate) const SWEEP_MAX: usize = 64;
+
+/// A cut along one axis.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Cut {
+    /// Area times records, summed over both sides; of the whole where this axis cannot tell them apart.
+    pub(crate) cost: f32,
+    at: At,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum At {
+    /// So many go below, in the order of centres.
+    Count(usize),
+    /// Bins up to this one go below.
+    Bin { last: u32, min: f32, scale: f32 },
+}
+
+/// Records that `count` primitives fill.
+fn records(count: usize) -> f32 {
+    count.div_ceil(RECORD_PRIMITIVES) as f32
+}
+
+/// The cut into halves by count.
+pub(crate) fn halves(items: &[Item]) -> Cut {
+    Cut { cost: f32::INFINITY, at: At::Count(items.len() / 2) }
+}
+
+/// The best cut of each axis. There are at least two items.
+pub(crate) fn cuts(items: &[Item]) -> [Cut; 3] {
+    if items.len() <= SWEEP_MAX { [0, 1, 2].map(|axis| sweep(items, axis)) } else { bins(items) }
+}
+
+/// A key that orders items along an axis: by centre, then by position in the slice.
+fn key(item: &Item, axis: usize, index: usize) -> u64 {
+    let bits = (item.center2(axis) + 0.0).to_bits();
+    let ordered = if bits >> 31 == 0 { bits | 1 << 31 } else { !bits };
+    u64::from(ordered) << 32 | index as u64
+}
+
+fn sweep(items: &[Item], axis: usize) -> Cut {
+    let n = items.len();
+    let mut keys = [0; SWEEP_MAX];
+    let keys = &mut keys[..n];
+    for (i, (key_, item)) in keys.iter_mut().zip(items).enumerate() {
+        *key_ = key(item, axis, i);
+    }
+    keys.sort_unstable();
+    let item = |rank: usize| items[keys[rank] as u32 as usize].lanes();
+    let mut above = [0.0; SWEEP_MAX];
+    let mut bounds = Bounds::EMPTY;
+    for rank in (1..n).rev() {
+        bounds.grow(item(rank));
+        above[rank] = bounds.area() * records(n - rank);
+    }
+    let mut best = Cut { cost: f32::INFINITY, at: At::Count(n / 2) };
+    let mut bounds = Bounds::EMPTY;
+    for (rank, above) in above.iter().enumerate().take(n).skip(1) {
+        bounds.grow(item(rank - 1));
+        let cost = bounds.area() * records(rank) + above;
+        if cost < best.cost {
+            best = Cut { cost, at: At::Count(rank) };
+        }
+    }
+    best
+}
+
+fn bin_of(center2: f32, min: f32, scale: f32) -> usize {
+    (((center2 - min) * scale) as usize).min(BINS - 1)
+}
+
+fn bins(items: &[Item]) -> [Cut; 3] {
+    let mut centers = Bounds::EMPTY;
+    for item in items {
+        let c = [item.center2(0), item.center2(1), item.center2(2)];
+        centers.grow(&[c[0], c[1], c[2], 0.0, -c[0], -c[1], -c[2], 0.0]);
+    }
+    let (min, max) = (centers.lo(), centers.hi());
+    let scale: [f32; 3] = std::array::from_fn(|i| {
+        let scale = BINS as f32 * (1.0 - 1e-6) / (max[i] - min[i]);
+        if scale.is_finite() { scale } else { 0.0 }
+    });
+    let mut bounds = [[Bounds::EMPTY; BINS]; 3];
+    let mut counts = [[0_u32; BINS]; 3];
+    for item in items {
+        for axis in 0..3 {
+            let bin = bin_of(item.center2(axis), min[axis], scale[axis]);
+            bounds[axis][bin].grow(item.lanes());
+            counts[axis][bin] += 1;
+        }
+    }
+    [0, 1, 2].map(|axis| {
+        let (bounds, counts) = (&bounds[axis], &counts[axis]);
+        let n = items.len();
+        let mut above = [f32::INFINITY; BINS];
+        let (mut all, mut count) = (Bounds::EMPTY, 0);
+        for bin in (1..BINS).rev() {
+            all.grow(&bounds[bin].0);
+            count += counts[bin] as usize;
+            above[bin] = if count > 0 { all.area() * records(count) } else { f32::INFINITY };
+        }
+        all.grow(&bounds[0].0);
+        let mut best = Cut { cost: all.area() * records(n), at: At::Count(n / 2) };
+        let (mut all, mut count) = (Bounds::EMPTY, 0);
+        for bin in 0..BINS - 1 {
+            all.grow(&bounds[bin].0);
+            count += counts[bin] as usize;
+            let cost = all.area() * records(count) + above[bin + 1];
+            if count > 0 && cost < best.cost {
+                let at = At::Bin { last: bin as u32, min: min[axis], scale: scale[axis] };
+                best = Cut { cost, at };
+            }
+        }
+        best
+    })
+}
+
+/// Reorders the items so that those below the cut come first, and returns how many they are:
+/// at least one, and not all.
+pub(crate) fn partition(items: &mut [Item], axis: usize, cut: Cut) -> usize {
+    match cut.at {
+        At::Count(count) if items.len() <= SWEEP_MAX => {
+            let mut sorted = [(0, 0); SWEEP_MAX];
+            let sorted = &mut sorted[..items.len()];
+            for (i, (entry, item)) in sorted.iter_mut().zip(items.iter()).enumerate() {
+                *entry = (key(item, axis, i), i);
+            }
+            sorted.sort_unstable();
+            let mut copy = [bytemuck::Zeroable::zeroed(); SWEEP_MAX];
+            for (to, (_, from)) in copy.iter_mut().zip(sorted.iter()) {
+                *to = items[*from];
+            }
+            items.copy_from_slice(&copy[..items.len()]);
+            count
+        }
+        At::Count(count) => {
+            let by = |item: &Item| (key(item, axis, 0), item.primitive);
+            items.select_nth_unstable_by_key(count, by);
+            count
+        }
+        At::Bin { last, min, scale } => {
+            let below = |item: &Item| bin_of(item.center2(axis), min, scale) <= last as usize;
+            let (mut low, mut high) = (0, items.len());
+            loop {
+                while low < high && below(&items[low]) {
+                    low += 1;
+                }
+                while low < high && !below(&items[high - 1]) {
+                    high -= 1;
+                }
+                if low >= high {
+                    return low;
+                }
+                items.swap(low, high - 1);
+            }
+        }
+    }
+}

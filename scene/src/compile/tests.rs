@@ -1,0 +1,41 @@
+//! What must hold of every compiled scene, read back from its bytes alone.
+
+mod oracle;
+mod shapes;
+
+use glam::DVec3;
+use oracle::check;
+
+use super::{Options, compile};
+use crate::model::Model;
+
+const SIZES: [usize; 7] = [1 << 10, 2 << 10, 4 << 10, 8 << 10, 16 << 10, 32 << 10, 64 << 10];
+
+/// Compiles with every size of blocks and checks each result.
+fn check_all(model: &Model) {
+    for block_bytes in SIZES {
+        let compiled = compile(model, &Options { block_bytes }, &mut ()).unwrap();
+        check(model, &compiled);
+    }
+}
+
+#[test]
+fn nothing_compiles_to_no_blocks() {
+    let compiled = compile(&Model::default(), &Options::default(), &mut ()).unwrap();
+    assert_eq!(compiled.header().blocks, 0);
+    check_all(&Model::default());
+}
+
+#[test]
+fn one_triangle_is_one_block() {
+    let model = shapes::soup(vec![[DVec3::ZERO, DVec3::X, DVec3::Y]]);
+    check_all(&model);
+    let compiled = compile(&model, &Options::default(), &mut ()).unwrap();
+    assert_eq!(compiled.header().blocks, 1);
+    assert_eq!(compiled.stats.nodes, 1);
+}
+
+#[test]
+fn a_height_field_survives() {
+    check_all(&shapes::field(60));
+}

@@ -1,0 +1,88 @@
+use bytemuck::{Pod, Zeroable, bytes_of, cast_slice, cast_slice_mut};
+use kiloray_core::block::checksum;
+use kiloray_core::block::format::{FileHeader, Section};
+use kiloray_core::scene::{Light, Material, Needs, View};
+
+/// A file in memory, at a multiple of 64.
+#[derive(Debug, Clone)]
+pub struct Image {
+    lines: Vec<Line>,
+    /// Length of the file; the last line may be longer.
+    len: usize,
+    blocks_at: usize,
+}
+
+#[derive(Debug, Clone, Copy, Pod, Zeroable)]
+#[repr(C, align(64))]
+struct Line([u8; 64]);
+
+/// The tables of a file.
+#[derive(Debug, Clone, Copy)]
+pub struct Tables<'a> {
+    /// Materials.
+    pub materials: &'a [Material],
+    /// Lights.
+    pub lights: &'a [Light],
+    /// Views.
+    pub views: &'a [View],
+    /// What the scene needs.
+    pub needs: Needs,
+}
+
+impl Image {
+    /// A file with these tables, and room for the blocks: all zero. Of the header the sizes of
+    /// blocks and their number, the frame and the bounds are taken; the rest is filled in.
+    #[must_use]
+    pub fn new(mut header: FileHeader, tables: Tables<'_>) -> Self {
+        let parts = [
+            cast_slice(tables.materials),
+            cast_slice(tables.lights),
+            cast_slice(tables.views),
+            bytes_of(&tables.needs),
+        ];
+        let lens = [tables.materials.len(), tables.lights.len(), tables.views.len(), 1];
+        let mut sections = [Section { at: 0, len: 0 }; 4];
+        let mut end = size_of::<FileHeader>();
+        for ((section, part), len) in sections.iter_mut().zip(parts).zip(lens) {
+            let at = end.next_multiple_of(64);
+            *section = Section { at: at as u32, len: len as u32 };
+            end = at + part.len();
+        }
+        [header.materials, header.lights, header.views, header.needs] = sections;
+        let block_bytes = header.block_bytes as usize;
+        let blocks_at = end.next_multiple_of(block_bytes.clamp(64, 4096));
+        let len = blocks_at + block_bytes * header.blocks as usize;
+        header.blocks_at = blocks_at as u64;
+        header.file_bytes = len as u64;
+
+        let mut image = Self { lines: vec![Line([0; 64]); len.div_ceil(64)], len, blocks_at };
+        let bytes: &mut [u8] = cast_slice_mut(&mut image.lines);
+        for (section, part) in sections.iter().zip(parts) {
+            let at = section.at as usize;
+            bytes[at..at + part.len()].copy_from_slice(part);
+        }
+        bytes[..size_of::<FileHeader>()].copy_from_slice(bytes_of(&header));
+        header.crc = checksum(&bytes[12..end]);
+        bytes[..size_of::<FileHeader>()].copy_from_slice(bytes_of(&header));
+        image
+    }
+
+    /// Copies a file's bytes.
+    #[must_use]
+    pub fn copy_of(bytes: &[u8]) -> Self {
+        let mut lines = vec![Line([0; 64]); bytes.len().div_ceil(64)];
+        cast_slice_mut(&mut lines)[..bytes.len()].copy_from_slice(bytes);
+        Self { lines, len: bytes.len(), blocks_at: bytes.len() }
+    }
+
+    /// The bytes of the file.
+    #[must_use]
+    pub fn bytes(&self) -> &[u8] {
+        &cast_slice(&self.lines)[..self.len]
+    }
+
+    /// The bytes of the blocks.
+    pub(crate) fn blocks_mut(&mut self) -> &mut [u8] {
+        &mut cast_slice_mut(&mut self.lines)[self.blocks_at..self.len]
+    }
+}

@@ -1,0 +1,10 @@
+//! `.kilo` files: made, written, mapped and checked. Their layout is
+//! [`kiloray_core::block::format`].
+
+mod file;
+mod image;
+mod tree;
+mod write;
+
+pub use file::{KiloError, KiloFile};
+pub use image::{Image, Tables};
