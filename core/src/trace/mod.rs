@@ -1,1 +1,34 @@
-//! Closest hit and any hit over blocks.
+//! Closest hit, any hit and transmittance over blocks.
+//!
+//! One traversal serves all machines. It is generic over [`Lanes`] (how many boxes and triangles are
+//! tested at once: [`Scalar`] here, AVX2 in `kiloray-simd`), over the [`BlockSource`] (a
+//! mapped file, a cache that fetches, a node that must wait) and over what is asked of the ray. The
+//! [hit](crate::geometry#what-a-hit-is) is the same to the bit, whatever of these is used.
+//!
+//! A traversal is depth first, the octants of a node in the order of the ray's signs. Its whole state
+//! lies in a [`Cursor`] of fixed size, and it holds one block at a time: a source that does not have a
+//! block stops it, and it goes on from there when asked again.
+//!
+//! # Why no box test loses a hit
+//!
+//! See [`BoxFrame`].
+
+mod cursor;
+mod frame;
+mod lanes;
+mod leaf;
+mod octant;
+mod query;
+mod scalar;
+#[cfg(test)]
+mod tests;
+mod tracer;
+mod walk;
+
+pub use cursor::{Cursor, TraceError};
+pub use frame::BoxFrame;
+pub use lanes::Lanes;
+pub use octant::{Octants, first_octants};
+pub use scalar::Scalar;
+pub use tracer::Tracer;
+pub use walk::{any, closest, every, resume_any, resume_closest};

@@ -1,0 +1,47 @@
+use super::frame::BoxFrame;
+use super::octant::Octants;
+use crate::block::format::{Node, Record};
+use crate::geometry::PreparedRay;
+
+/// How boxes and triangles are tested: one by one, or as many at once as a vector unit takes.
+///
+/// An implementation is a value of no size that proves that the machine can do it. All operations
+/// are small and inlined into the traversal.
+pub trait Lanes: Copy {
+    /// A ray in the frame of a block, in the form that [`Lanes::slots`] wants.
+    type Frame: Copy;
+    /// A ray in the form that [`Lanes::candidates`] wants.
+    type Ray: Copy;
+
+    /// From the plain form.
+    fn frame(self, frame: &BoxFrame) -> Self::Frame;
+
+    /// From the plain form.
+    fn ray(self, ray: &PreparedRay) -> Self::Ray;
+
+    /// The mask of a node's slots that the ray meets between `t_min` and `t_max`; `near` gets where, by
+    /// slot, for those that are in the mask.
+    ///
+    /// Slots may be in the mask needlessly, empty ones too; none may be missing, by the argument
+    /// of [`BoxFrame`].
+    fn slots(
+        self,
+        frame: &Self::Frame,
+        node: &Node,
+        t_min: f32,
+        t_max: f32,
+        near: &mut [f32; 8],
+    ) -> u32;
+
+    /// The flip of a node: bits of the slot whose axis the ray descends.
+    fn flip(self, octants: &Octants, node: &Node) -> u8;
+
+    /// The mask of a record's triangles that can pass the test of [`PreparedRay::triangle`]. Triangles may be
+    /// in it needlessly.
+    ///
+    /// `words` are the [vertices of the block](crate::block::BlockView::vertex_words).
+    fn candidates(self, ray: &Self::Ray, words: &[f32], record: &Record) -> u32;
+
+    /// Says that the bytes of this value will be read soon.
+    fn prefetch<T>(self, value: &T);
+}

@@ -1,0 +1,112 @@
+//! The primitives of a leaf.
+
+use glam::Vec3;
+
+use super::lanes::Lanes;
+use super::query::Query;
+use crate::block::BlockView;
+use crate::block::format::{RECORD_SPHERES, Record};
+use crate::geometry::{Hit, PreparedRay, Primitive};
+
+/// Tests the records `first` to `first + count - 1`. `true`: the query ends the traversal.
+#[inline(always)]
+pub(super) fn leaf<L: Lanes, Q: Query>(
+    lanes: L,
+    view: &BlockView<'_>,
+    (first, count): (u16, u16),
+    prepared: &L::Ray,
+    ray: &mut PreparedRay,
+    query: &mut Q,
+) -> bool {
+    let words = view.vertex_words();
+    for index in first..first.saturating_add(count) {
+        let Some(record) = view.record(index) else { break };
+        if record.base & RECORD_SPHERES != 0 {
+            if spheres(view, record, ray, query) {
+                return true;
+            }
+            continue;
+        }
+        let mut candidates = lanes.candidates(prepared, words, record);
+        while candidates != 0 {
+            let place = candidates.trailing_zeros();
+            candidates &= candidates - 1;
+            if triangle(view, record, place, ray, query) {
+                return true;
+            }
+        }
+    }
+    false
+}
+
+/// Tests one triangle by the definition.
+#[inline(always)]
+fn triangle<Q: Query>(
+    view: &BlockView<'_>,
+    record: &Record,
+    place: u32,
+    ray: &mut PreparedRay,
+    query: &mut Q,
+) -> bool {
+    let Some(&[a, b, c]) = record.index.get(place as usize) else { return false };
+    if a == b && b == c {
+        return false;
+    }
+    let index = [a, b, c].map(|i| usize::from(record.base) + usize::from(i));
+    let [a, b, c] = index.map(|i| view.vertex(i));
+    let (Some(a), Some(b), Some(c)) = (a, b, c) else { return false };
+    let vertices = [a, b, c];
+    let Some(hit) = ray.triangle(vertices) else { return false };
+    query.hit(ray, hit.t, || Hit {
+        t: hit.t,
+        b1: hit.b1,
+        b2: hit.b2,
+        material: record.material,
+        primitive: Primitive::Triangle { vertices, normals: normals(view, index) },
+    })
+}
+
+/// The shading normals of a triangle: none if the block has none, or a vertex has none.
+#[inline(always)]
+pub(super) fn normals(view: &BlockView<'_>, index: [usize; 3]) -> Option<[u32; 3]> {
+    let codes = view.normals();
+    if codes.is_empty() {
+        return None;
+    }
+    let [a, b, c] =
+        index.map(|i| codes.get(i).copied().filter(|&n| n != crate::block::octahedral::NONE));
+    Some([a?, b?, c?])
+}
+
+#[cfg(not(feature = "sphere"))]
+fn spheres<Q: Query>(_: &BlockView<'_>, _: &Record, _: &mut PreparedRay, _: &mut Q) -> bool {
+    false
+}
+
+/// Tests the spheres of a record.
+#[cfg(feature = "sphere")]
+#[inline(never)]
+fn spheres<Q: Query>(
+    view: &BlockView<'_>,
+    record: &Record,
+    ray: &mut PreparedRay,
+    query: &mut Q,
+) -> bool {
+    let base = usize::from(record.base & !RECORD_SPHERES);
+    for &[a, b, c] in &record.index {
+        let vertex = |i: u8| view.vertex(base + usize::from(i));
+        let (Some(center), Some(Vec3 { x: radius, y: inward, .. })) = (vertex(a), vertex(b)) else {
+            break;
+        };
+        if a == b && b == c {
+            break;
+        }
+        let Some(t) = ray.sphere(center, radius) else { continue };
+        let primitive = Primitive::Sphere { center, radius, inward: inward != 0.0 };
+        let hit = || Hit { t, b1: 0.0, b2: 0.0, material: record.material, primitive };
+        if query.hit(ray, t, hit) {
+            return true;
+        }
+    }
+    false
+}

@@ -1,0 +1,98 @@
+use super::frame::BoxFrame;
+use super::lanes::Lanes;
+use super::octant::Octants;
+use crate::block::format::{Child, Node, Record};
+use crate::geometry::PreparedRay;
+
+/// One box and one triangle at a time, with early outs: for any machine.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Scalar;
+
+/// No child, whatever the axis bit.
+const EMPTY: u16 = Child::Empty.encode();
+
+impl Lanes for Scalar {
+    type Frame = BoxFrame;
+    type Ray = ();
+
+    #[inline(always)]
+    fn frame(self, frame: &BoxFrame) -> BoxFrame {
+        *frame
+    }
+
+    #[inline(always)]
+    fn ray(self, _: &PreparedRay) {}
+
+    #[inline(always)]
+    fn slots(
+        self,
+        frame: &BoxFrame,
+        node: &Node,
+        t_min: f32,
+        t_max: f32,
+        near: &mut [f32; 8],
+    ) -> u32 {
+        let planes = |axis: usize| {
+            let [lo, hi] = [&node.lo, &node.hi].map(|p| match axis {
+                0 => &p[0],
+                1 => &p[1],
+                _ => &p[2],
+            });
+            if frame.inv.get(axis).is_some_and(|&i| i < 0.0) { (hi, lo) } else { (lo, hi) }
+        };
+        let ((x0, x1), (y0, y1), (z0, z1)) = (planes(0), planes(1), planes(2));
+        let [ix, iy, iz] = frame.inv;
+        let [nx, ny, nz] = frame.near;
+        let [fx, fy, fz] = frame.far;
+        let mut mask = 0;
+        let sides = x0.iter().zip(x1).zip(y0.iter().zip(y1)).zip(z0.iter().zip(z1));
+        for (slot, ((((x, y), z), near), child)) in sides.zip(near).zip(&node.child).enumerate() {
+            if child & 0x7fff == EMPTY {
+                continue;
+            }
+            let at = |q: &u16, inv: f32, c: f32| f32::from(*q) * inv + c;
+            let enter = greater(at(x.0, ix, nx), t_min);
+            let leave = lesser(at(x.1, ix, fx), t_max);
+            if enter > leave {
+                continue;
+            }
+            let enter = greater(at(y.0, iy, ny), enter);
+            let leave = lesser(at(y.1, iy, fy), leave);
+            if enter > leave {
+                continue;
+            }
+            let enter = greater(at(z.0, iz, nz), enter);
+            let leave = lesser(at(z.1, iz, fz), leave);
+            if enter <= leave {
+                mask |= 1 << slot;
+                *near = enter;
+            }
+        }
+        mask
+    }
+
+    #[inline(always)]
+    fn flip(self, octants: &Octants, node: &Node) -> u8 {
+        let [c0, c1, c2, c3, c4, c5, ..] = node.child.map(|c| usize::from(c >> 15));
+        let code = c0 | c1 << 1 | c2 << 2 | c3 << 3 | c4 << 4 | c5 << 5;
+        octants.get(code).copied().unwrap_or(0)
+    }
+
+    #[inline(always)]
+    fn candidates(self, (): &(), _: &[f32], _: &Record) -> u32 {
+        0b1111
+    }
+
+    #[inline(always)]
+    fn prefetch<T>(self, _: &T) {}
+}
+
+#[inline(always)]
+fn greater(a: f32, b: f32) -> f32 {
+    if a > b { a } else { b }
+}
+
+#[inline(always)]
+fn lesser(a: f32, b: f32) -> f32 {
+    if a < b { a } else { b }
+}

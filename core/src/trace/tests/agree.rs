@@ -1,0 +1,105 @@
+use std::vec::Vec;
+
+use super::scenes::{Random, clutter, no_rays, rays};
+use super::writer::{Blocks, Item, write};
+use super::{Missing, OneFrame, Resident, brute, check};
+use crate::geometry::{Hit, Ray};
+use crate::trace::{Cursor, Scalar, TraceError, Tracer};
+
+fn layouts(items: &[Item]) -> Vec<Blocks> {
+    [(1 << 10, 1, 1), (1 << 11, 2, 99), (1 << 12, 4, 99), (1 << 14, 3, 999), (1 << 16, 4, 999)]
+        .map(|(bytes, leaf, nodes)| write(items, bytes, leaf, nodes))
+        .into()
+}
+
+fn compare(blocks: &Blocks, items: &[Item], rays: &[Ray]) {
+    check(blocks);
+    let mut cursor = Cursor::new();
+    let mut cached = OneFrame::new(blocks);
+    for ray in rays {
+        let expected = brute(items, ray);
+        let source = &mut Resident(blocks);
+        let closest = expected.first().copied();
+        assert_eq!(Scalar.closest(&mut cursor, source, ray), Ok(closest), "{ray:?}");
+        assert_eq!(Scalar.any(&mut cursor, source, ray), Ok(closest.is_some()));
+        let mut all: Vec<Hit> = Vec::new();
+        let visit = |hit: &Hit| {
+            all.push(*hit);
+            false
+        };
+        assert_eq!(Scalar.every(&mut cursor, source, ray, visit), Ok(()));
+        all.sort_by(|a, b| {
+            if a.is_closer_than(b) {
+                core::cmp::Ordering::Less
+            } else if b.is_closer_than(a) {
+                core::cmp::Ordering::Greater
+            } else {
+                core::cmp::Ordering::Equal
+            }
+        });
+        assert_eq!(all, expected);
+        assert_eq!(Scalar.closest(&mut cursor, &mut cached, ray), Ok(closest));
+        assert_eq!(suspended(blocks, &mut cursor, ray), closest);
+    }
+    assert!(cached.fetches > 0);
+}
+
+/// The closest hit, stopped at every block.
+fn suspended(blocks: &Blocks, cursor: &mut Cursor, ray: &Ray) -> Option<Hit> {
+    let mut source = Missing { blocks, here: None };
+    let mut result = Scalar.closest(cursor, &mut source, ray);
+    loop {
+        match result {
+            Ok(hit) => return hit,
+            Err(TraceError::Source(block)) => {
+                assert_eq!(cursor.block(), block);
+                source.here = Some(block);
+                // The state may travel.
+                *cursor = cursor.clone();
+                result = Scalar.resume_closest(cursor, &mut source);
+            }
+            Err(error) => panic!("{error:?}"),
+        }
+    }
+}
+
+#[test]
+fn every_layout_gives_the_hits_of_brute_force() {
+    for (seed, count) in [(1, 1), (2, 7), (3, 60), (4, 300), (5, 300)] {
+        let mut random = Random(seed);
+        let items = clutter(count, cfg!(feature = "sphere"), &mut random);
+        let rays = rays(&items, 600, &mut random);
+        for blocks in layouts(&items) {
+            compare(&blocks, &items, &rays);
+        }
+    }
+}
+
+#[test]
+fn scenes_far_smaller_and_away_from_the_origin() {
+    for (seed, size, offset) in [(11, 1e-6, 0.0), (12, 1e-4, 1.0), (13, 1e-20, 0.0)] {
+        let mut random = Random(seed);
+        let mut items = clutter(100, false, &mut random);
+        for item in &mut items {
+            if let crate::geometry::Primitive::Triangle { vertices, .. } = &mut item.0 {
+                *vertices = vertices.map(|v| v * size + glam::Vec3::splat(offset));
+            }
+        }
+        let rays = rays(&items, 400, &mut random);
+        for blocks in layouts(&items) {
+            compare(&blocks, &items, &rays);
+        }
+    }
+}
+
+#[test]
+fn what_is_no_ray_hits_nothing() {
+    let mut random = Random(21);
+    let items = clutter(50, false, &mut random);
+    let blocks = write(&items, 1 << 12, 4, 99);
+    let mut cursor = Cursor::new();
+    for ray in no_rays() {
+        assert_eq!(Scalar.closest(&mut cursor, &mut Resident(&blocks), &ray), Ok(None), "{ray:?}");
+        assert_eq!(Scalar.any(&mut cursor, &mut Resident(&blocks), &ray), Ok(false));
+    }
+}

@@ -1,0 +1,89 @@
+use super::check;
+use super::scenes::{Random, clutter, rays};
+use super::writer::{bounds, write};
+use crate::block::BlockView;
+use crate::block::format::Child;
+use crate::geometry::{Aabb, PreparedRay};
+use crate::trace::{BoxFrame, Lanes, Scalar};
+
+/// Every own box's interval lies in that of its slot, as the lanes compute it.
+#[test]
+fn slots_enclose_the_intervals_of_own_boxes() {
+    let mut tested = 0;
+    for seed in 0..6 {
+        let mut random = Random(seed);
+        let items = clutter(200, cfg!(feature = "sphere"), &mut random);
+        let rays = rays(&items, 300, &mut random);
+        let blocks = write(&items, 1 << 12, 4, 99);
+        check(&blocks);
+        for block in 0..blocks.count() {
+            let view = BlockView::trusted(blocks.get(block).unwrap());
+            for ray in &rays {
+                let ray = PreparedRay::new(ray);
+                let frame = Scalar.frame(&BoxFrame::new(&ray, view.header()));
+                for node in view.nodes() {
+                    let mut near = [f32::NAN; 8];
+                    let all = (f32::NEG_INFINITY, f32::INFINITY);
+                    let mask = Scalar.slots(&frame, node, all.0, all.1, &mut near);
+                    for (slot, &child) in node.child.iter().enumerate() {
+                        let Child::Leaf { first, count } = Child::decode(child) else { continue };
+                        for own in own_boxes(&view, first, count) {
+                            let Some(interval) = ray.own_box(&own) else { continue };
+                            assert!(mask >> slot & 1 == 1, "{ray:?} {own:?}");
+                            assert!(
+                                near[slot] <= interval.enter,
+                                "{ray:?} {own:?} {interval:?} {} {frame:?}",
+                                near[slot]
+                            );
+                            // It is still found by a ray that ends or begins at the interval's ends.
+                            for t in [interval.enter, interval.leave] {
+                                let mask = Scalar.slots(&frame, node, t, t, &mut [0.0; 8]);
+                                assert!(mask >> slot & 1 == 1);
+                            }
+                            tested += 1;
+                        }
+                    }
+                }
+            }
+        }
+    }
+    assert!(tested > 10_000, "{tested}");
+}
+
+fn own_boxes(view: &BlockView<'_>, first: u16, count: u16) -> std::vec::Vec<Aabb> {
+    let mut boxes = std::vec![];
+    for record in &view.records()[usize::from(first)..usize::from(first + count)] {
+        if record.base & crate::block::format::RECORD_SPHERES != 0 {
+            continue;
+        }
+        for &[a, b, c] in record.index.iter().filter(|[a, b, c]| a != b || b != c) {
+            let v =
+                [a, b, c].map(|i| view.vertex(usize::from(record.base) + usize::from(i)).unwrap());
+            boxes.push(bounds(&super::writer::triangle(
+                v[0].to_array(),
+                v[1].to_array(),
+                v[2].to_array(),
+                0,
+            )));
+        }
+    }
+    boxes
+}
+
+#[test]
+fn an_axis_out_of_range_decides_nothing() {
+    let mut random = Random(5);
+    let items = clutter(20, false, &mut random);
+    let blocks = write(&items, 1 << 12, 4, 99);
+    let mut header = *BlockView::trusted(blocks.get(0).unwrap()).header();
+    header.scale = [2.0_f32.powi(-120); 3];
+    let ray = crate::geometry::Ray {
+        origin: glam::Vec3::splat(1e30),
+        direction: glam::Vec3::new(1e-20, 1e-20, -1e-20),
+        t_min: 0.0,
+        t_max: f32::INFINITY,
+    };
+    let frame = BoxFrame::new(&PreparedRay::new(&ray), &header);
+    assert_eq!(frame.inv, [0.0; 3]);
+    assert_eq!((frame.near, frame.far), ([f32::NEG_INFINITY; 3], [f32::INFINITY; 3]));
+}

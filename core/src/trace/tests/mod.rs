@@ -1,0 +1,112 @@
+//! The same hit from every block size, order, lane width and way of asking, against brute force with
+//! the reference test.
+
+mod agree;
+mod frames;
+mod hostile;
+pub(crate) mod scenes;
+pub(crate) mod writer;
+
+use std::vec::Vec;
+
+use crate::block::{BlockLimits, BlockSource, BlockView, NoBlock};
+use crate::geometry::{Hit, PreparedRay, Primitive, Ray};
+use writer::{Blocks, Item};
+
+/// All blocks, always.
+pub(crate) struct Resident<'a>(pub(crate) &'a Blocks);
+
+impl BlockSource for Resident<'_> {
+    type Error = NoBlock;
+    fn block(&mut self, block: u32) -> Result<BlockView<'_>, NoBlock> {
+        self.0.get(block).map(BlockView::trusted).ok_or(NoBlock(block))
+    }
+}
+
+/// One frame: every block that is asked for replaces the one before.
+pub(crate) struct OneFrame<'a> {
+    blocks: &'a Blocks,
+    frame: Vec<[u128; 64]>,
+    held: Option<u32>,
+    pub(crate) fetches: usize,
+}
+
+impl<'a> OneFrame<'a> {
+    pub(crate) fn new(blocks: &'a Blocks) -> Self {
+        let frame = std::vec![[0; 64]; blocks.block_bytes / 1024];
+        Self { blocks, frame, held: None, fetches: 0 }
+    }
+}
+
+impl BlockSource for OneFrame<'_> {
+    type Error = NoBlock;
+    fn block(&mut self, block: u32) -> Result<BlockView<'_>, NoBlock> {
+        let frame: &mut [u8] = bytemuck::cast_slice_mut(&mut self.frame);
+        if self.held != Some(block) {
+            frame.copy_from_slice(self.blocks.get(block).ok_or(NoBlock(block))?);
+            self.held = Some(block);
+            self.fetches += 1;
+        }
+        Ok(BlockView::trusted(frame))
+    }
+}
+
+/// A block is missing the first time it is asked for, and again after every other block.
+pub(crate) struct Missing<'a> {
+    pub(crate) blocks: &'a Blocks,
+    pub(crate) here: Option<u32>,
+}
+
+impl BlockSource for Missing<'_> {
+    type Error = u32;
+    fn block(&mut self, block: u32) -> Result<BlockView<'_>, u32> {
+        if self.here != Some(block) {
+            return Err(block);
+        }
+        self.blocks.get(block).map(BlockView::trusted).ok_or(block)
+    }
+}
+
+pub(crate) fn limits(blocks: &Blocks) -> BlockLimits {
+    BlockLimits {
+        block_bytes: blocks.block_bytes,
+        blocks: blocks.count(),
+        materials: u32::from(u16::MAX),
+    }
+}
+
+/// Every block passes the reader's checks.
+pub(crate) fn check(blocks: &Blocks) {
+    for block in 0..blocks.count() {
+        let bytes = blocks.get(block).unwrap();
+        let view = BlockView::parse(bytes, block, &limits(blocks)).unwrap();
+        assert_eq!(view.number(), block);
+    }
+}
+
+/// The hit of one primitive, by the definition.
+pub(crate) fn hit_of(ray: &PreparedRay, item: &Item) -> Option<Hit> {
+    let (t, b1, b2) = match item.0 {
+        Primitive::Triangle { vertices, .. } => {
+            ray.triangle(vertices).map(|h| (h.t, h.b1, h.b2))?
+        }
+        Primitive::Sphere { center, radius, .. } => (ray.sphere(center, radius)?, 0.0, 0.0),
+    };
+    Some(Hit { t, b1, b2, material: item.1, primitive: item.0 })
+}
+
+/// All hits of a ray, the closest first.
+pub(crate) fn brute(items: &[Item], ray: &Ray) -> Vec<Hit> {
+    let prepared = PreparedRay::new(ray);
+    let mut hits: Vec<Hit> = items.iter().filter_map(|i| hit_of(&prepared, i)).collect();
+    hits.sort_by(|a, b| {
+        if a.is_closer_than(b) {
+            core::cmp::Ordering::Less
+        } else if b.is_closer_than(a) {
+            core::cmp::Ordering::Greater
+        } else {
+            core::cmp::Ordering::Equal
+        }
+    });
+    hits
+}
