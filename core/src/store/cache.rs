@@ -44,6 +44,13 @@ pub enum Place {
     Remote,
 }
 
+/// A block that can be read now.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Found {
+    Owned(u32),
+    Frame(FrameId),
+}
+
 /// For what a frame is taken.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Claim {
@@ -125,19 +132,35 @@ impl<'a> BlockCache<'a> {
     /// The bytes of a block that is here: a hit, and its frame becomes the newest. Otherwise a miss.
     #[inline]
     pub fn get(&mut self, block: u32) -> Option<&[u8]> {
+        let found = self.find(block)?;
+        self.bytes(found)
+    }
+
+    /// As [`get`](Self::get), with the bytes left to [`bytes`](Self::bytes).
+    #[inline]
+    pub(super) fn find(&mut self, block: u32) -> Option<Found> {
         if self.owned_bytes(block).is_some() {
-            return self.owned_bytes(block);
+            return Some(Found::Owned(block));
         }
-        match self.table.find(block) {
-            Some(frame) if !self.table.is_on_its_way(frame) => {
-                self.counts.hits = self.counts.hits.saturating_add(1);
-                self.table.touch(frame);
-                self.frame(frame)
-            }
-            _ => {
-                self.counts.misses = self.counts.misses.saturating_add(1);
-                None
-            }
+        let found = self.first_use(block);
+        let count = if found.is_some() { &mut self.counts.hits } else { &mut self.counts.misses };
+        *count = count.saturating_add(1);
+        found
+    }
+
+    /// As [`find`](Self::find), but neither hit nor miss: the miss that made the block come has been counted.
+    pub(super) fn first_use(&mut self, block: u32) -> Option<Found> {
+        let frame = self.table.find(block).filter(|&frame| !self.table.is_on_its_way(frame))?;
+        self.table.touch(frame);
+        Some(Found::Frame(frame))
+    }
+
+    /// What was found.
+    #[inline]
+    pub(super) fn bytes(&self, found: Found) -> Option<&[u8]> {
+        match found {
+            Found::Owned(block) => self.owned_bytes(block),
+            Found::Frame(frame) => self.frame(frame),
         }
     }
 

@@ -5,6 +5,7 @@
 //! | [`Budget`] | the plan: how many bytes each [`Line`] gets, or why that cannot work |
 //! | [`Arena`] | the bytes, carved by the plan into slices of plain data |
 //! | [`BlockCache`] | frames for blocks, found by block number, least recently used leaves first |
+//! | [`FetchedBlocks`] | a source of blocks for the tracer: the cache, and the medium behind it |
 //! | [`Pool`] | reusable slots with a list of the free ones |
 //! | [`Queue`] | first in, first out, over a slice |
 //!
@@ -14,6 +15,7 @@
 mod arena;
 mod budget;
 mod cache;
+mod fetch;
 mod frame_table;
 mod pool;
 mod queue;
@@ -21,6 +23,7 @@ mod queue;
 pub use arena::{Arena, ArenaFull, CHUNK_BYTES, Chunk};
 pub use budget::{Budget, BudgetError, Line, LineBudget, LineNeed};
 pub use cache::{BlockCache, CacheCounts, CacheFull, Claim, Place};
+pub use fetch::{Checked, FetchError, FetchedBlocks, Medium};
 pub use frame_table::{frame_table_bytes, frames_that_fit};
 pub use pool::{Pool, Slot};
 pub use queue::{Full, Queue};
