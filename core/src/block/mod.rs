@@ -17,3 +17,6 @@ pub use error::BlockError;
 pub use file::{FileError, KiloView, Table};
 pub use source::{BlockSource, NoBlock};
 pub use view::{BlockLimits, BlockView, checksum};
+
+/// Whether this build has spheres; without them a block that holds one is refused.
+pub const SPHERES: bool = cfg!(feature = "sphere");

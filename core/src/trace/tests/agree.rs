@@ -3,6 +3,7 @@ use std::vec::Vec;
 use super::scenes::{Random, clutter, no_rays, rays};
 use super::writer::{Blocks, Item, write};
 use super::{Missing, OneFrame, Resident, brute, check};
+use crate::block::SPHERES;
 use crate::geometry::{Hit, Ray};
 use crate::trace::{Cursor, Scalar, TraceError, Tracer};
 
@@ -12,7 +13,7 @@ fn layouts(items: &[Item]) -> Vec<Blocks> {
         .into()
 }
 
-fn compare(blocks: &Blocks, items: &[Item], rays: &[Ray]) {
+fn compare(tracer: impl Tracer, blocks: &Blocks, items: &[Item], rays: &[Ray]) {
     check(blocks);
     let mut cursor = Cursor::new();
     let mut cached = OneFrame::new(blocks);
@@ -20,14 +21,14 @@ fn compare(blocks: &Blocks, items: &[Item], rays: &[Ray]) {
         let expected = brute(items, ray);
         let source = &mut Resident(blocks);
         let closest = expected.first().copied();
-        assert_eq!(Scalar.closest(&mut cursor, source, ray), Ok(closest), "{ray:?}");
-        assert_eq!(Scalar.any(&mut cursor, source, ray), Ok(closest.is_some()));
+        assert_eq!(tracer.closest(&mut cursor, source, ray), Ok(closest), "{ray:?}");
+        assert_eq!(tracer.any(&mut cursor, source, ray), Ok(closest.is_some()));
         let mut all: Vec<Hit> = Vec::new();
         let visit = |hit: &Hit| {
             all.push(*hit);
             false
         };
-        assert_eq!(Scalar.every(&mut cursor, source, ray, visit), Ok(()));
+        assert_eq!(tracer.every(&mut cursor, source, ray, visit), Ok(()));
         all.sort_by(|a, b| {
             if a.is_closer_than(b) {
                 core::cmp::Ordering::Less
@@ -38,16 +39,16 @@ fn compare(blocks: &Blocks, items: &[Item], rays: &[Ray]) {
             }
         });
         assert_eq!(all, expected);
-        assert_eq!(Scalar.closest(&mut cursor, &mut cached, ray), Ok(closest));
-        assert_eq!(suspended(blocks, &mut cursor, ray), closest);
+        assert_eq!(tracer.closest(&mut cursor, &mut cached, ray), Ok(closest));
+        assert_eq!(suspended(tracer, blocks, &mut cursor, ray), closest);
     }
     assert!(cached.fetches > 0);
 }
 
 /// The closest hit, stopped at every block.
-fn suspended(blocks: &Blocks, cursor: &mut Cursor, ray: &Ray) -> Option<Hit> {
+fn suspended(tracer: impl Tracer, blocks: &Blocks, cursor: &mut Cursor, ray: &Ray) -> Option<Hit> {
     let mut source = Missing { blocks, here: None };
-    let mut result = Scalar.closest(cursor, &mut source, ray);
+    let mut result = tracer.closest(cursor, &mut source, ray);
     loop {
         match result {
             Ok(hit) => return hit,
@@ -56,7 +57,7 @@ fn suspended(blocks: &Blocks, cursor: &mut Cursor, ray: &Ray) -> Option<Hit> {
                 source.here = Some(block);
                 // The state may travel.
                 *cursor = cursor.clone();
-                result = Scalar.resume_closest(cursor, &mut source);
+                result = tracer.resume_closest(cursor, &mut source);
             }
             Err(error) => panic!("{error:?}"),
         }
@@ -65,18 +66,31 @@ fn suspended(blocks: &Blocks, cursor: &mut Cursor, ray: &Ray) -> Option<Hit> {
 
 #[test]
 fn every_layout_gives_the_hits_of_brute_force() {
-    for (seed, count) in [(1, 1), (2, 7), (3, 60), (4, 300), (5, 300)] {
-        let mut random = Random(seed);
-        let items = clutter(count, cfg!(feature = "sphere"), &mut random);
-        let rays = rays(&items, 600, &mut random);
-        for blocks in layouts(&items) {
-            compare(&blocks, &items, &rays);
-        }
-    }
+    layouts_agree(Scalar);
 }
 
 #[test]
 fn scenes_far_smaller_and_away_from_the_origin() {
+    scales_agree(Scalar);
+}
+
+#[test]
+fn what_is_no_ray_hits_nothing() {
+    no_ray_hits(Scalar);
+}
+
+pub(crate) fn layouts_agree(tracer: impl Tracer) {
+    for (seed, count) in [(1, 1), (2, 7), (3, 60), (4, 300), (5, 300)] {
+        let mut random = Random(seed);
+        let items = clutter(count, SPHERES, &mut random);
+        let rays = rays(&items, 600, &mut random);
+        for blocks in layouts(&items) {
+            compare(tracer, &blocks, &items, &rays);
+        }
+    }
+}
+
+pub(crate) fn scales_agree(tracer: impl Tracer) {
     for (seed, size, offset) in [(11, 1e-6, 0.0), (12, 1e-4, 1.0), (13, 1e-20, 0.0)] {
         let mut random = Random(seed);
         let mut items = clutter(100, false, &mut random);
@@ -87,19 +101,18 @@ fn scenes_far_smaller_and_away_from_the_origin() {
         }
         let rays = rays(&items, 400, &mut random);
         for blocks in layouts(&items) {
-            compare(&blocks, &items, &rays);
+            compare(tracer, &blocks, &items, &rays);
         }
     }
 }
 
-#[test]
-fn what_is_no_ray_hits_nothing() {
+pub(crate) fn no_ray_hits(tracer: impl Tracer) {
     let mut random = Random(21);
     let items = clutter(50, false, &mut random);
     let blocks = write(&items, 1 << 12, 4, 99);
     let mut cursor = Cursor::new();
     for ray in no_rays() {
-        assert_eq!(Scalar.closest(&mut cursor, &mut Resident(&blocks), &ray), Ok(None), "{ray:?}");
-        assert_eq!(Scalar.any(&mut cursor, &mut Resident(&blocks), &ray), Ok(false));
+        assert_eq!(tracer.closest(&mut cursor, &mut Resident(&blocks), &ray), Ok(None), "{ray:?}");
+        assert_eq!(tracer.any(&mut cursor, &mut Resident(&blocks), &ray), Ok(false));
     }
 }

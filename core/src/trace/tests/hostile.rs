@@ -1,7 +1,7 @@
 use super::scenes::{Random, clutter, rays};
 use super::writer::{Blocks, write};
 use super::{Resident, limits};
-use crate::block::{BlockError, BlockView};
+use crate::block::{BlockError, BlockView, SPHERES};
 use crate::trace::{Cursor, Scalar, TraceError, Tracer};
 
 /// Traces whatever the bytes say: it must end, without a panic.
@@ -17,7 +17,7 @@ fn trace(blocks: &Blocks, random: &mut Random) {
 #[test]
 fn flipped_bits_are_refused_by_the_checksum_and_harmless_without_it() {
     let mut random = Random(31);
-    let items = clutter(120, cfg!(feature = "sphere"), &mut random);
+    let items = clutter(120, SPHERES, &mut random);
     let sound = write(&items, 1 << 10, 1, 99);
     assert!(sound.count() > 8);
     let mut refused = 0;

@@ -1,8 +1,8 @@
 //! The same hit from every block size, order, lane width and way of asking, against brute force with
 //! the reference test.
 
-mod agree;
-mod frames;
+pub(crate) mod agree;
+pub(crate) mod frames;
 mod hostile;
 pub(crate) mod scenes;
 pub(crate) mod writer;

@@ -1,0 +1,31 @@
+//! The tests of `kiloray-core`'s traversal, with these lanes.
+
+// The shared files name their modules as they do in `kiloray-core`.
+#[path = "../../core/src/trace/tests/mod.rs"]
+mod shared;
+
+use shared::{agree, frames};
+
+#[test]
+fn every_layout_gives_the_hits_of_brute_force() {
+    agree::layouts_agree(crate::Auto::detect());
+}
+
+#[test]
+fn scenes_far_smaller_and_away_from_the_origin() {
+    agree::scales_agree(crate::Auto::detect());
+}
+
+#[test]
+fn what_is_no_ray_hits_nothing() {
+    agree::no_ray_hits(crate::Auto::detect());
+}
+
+#[cfg(target_arch = "x86_64")]
+#[test]
+fn slots_enclose_the_intervals_of_own_boxes() {
+    // A machine without these lanes never uses them.
+    if let Some(lanes) = crate::Avx2::detect() {
+        frames::enclose(lanes);
+    }
+}
