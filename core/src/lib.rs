@@ -16,6 +16,7 @@
 //! | [`scene`] | the tables of a scene: materials, lights, views |
 //! | [`view`] | from pixels to rays |
 //! | [`store`] | a node's memory: arena, budget, block cache, pools and queues |
+//! | [`network`] | topologies and their routes, credits of links |
 #![no_std]
 #![forbid(unsafe_code)]
 #![cfg_attr(
@@ -28,6 +29,7 @@ extern crate std;
 
 pub mod block;
 pub mod geometry;
+pub mod network;
 pub mod path;
 pub mod random;
 pub mod scene;

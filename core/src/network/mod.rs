@@ -1,0 +1,18 @@
+//! The network of a mesh as its nodes know it: who is next to whom, which way a packet goes, and how
+//! a link never overruns the buffer at its far end.
+//!
+//! * [`Topology`] names nodes and ports, and gives the next hop of a deadlock-free route.
+//! * [`CreditSender`] and [`CreditReceiver`] are the two ends of one channel of a link.
+//!
+//! The rules that they keep are those of bounded progress: two channels (requests and replies) of
+//! own buffers and own credit, each split in two [classes](Hop::class) where routes wrap round.
+
+mod credit;
+mod grid;
+mod parse;
+mod topology;
+
+pub use credit::{Arrival, CreditReceiver, CreditSender, Sequence};
+pub use grid::{DIMENSIONS_MAX, Grid};
+pub use parse::TopologyError;
+pub use topology::{Hop, NODES_MAX, NodeId, Port, Topology};
