@@ -1,0 +1,4 @@
+//! The network of a mesh: routes against a search of the graph, credits by model checking.
+
+mod credits;
+mod routes;
