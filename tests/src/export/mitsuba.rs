@@ -9,15 +9,16 @@ use kiloray_scene::model::{Model, View};
 
 use super::{is_lamp, polygon_of};
 
-/// Writes `scene.xml` and a mesh per material into `folder`. The integrator, the size of the film
-/// and the samples are parameters of the file: `$integrator` is left to whoever loads it.
+/// Writes `scene.xml` and a mesh per material into `folder`. Size and
+/// sampler are parameters of the file, the integrator is left to whoever loads it.
 ///
 /// # Errors
 /// What the file system says; `InvalidInput` for what Mitsuba has no form for.
 pub fn mitsuba(model: &Model, view: &View, folder: &Path) -> io::Result<()> {
     let mut out = String::from(
         "<scene version=\"3.0.0\">\n<default name=\"width\" value=\"128\"/>\n\
-         <default name=\"height\" value=\"128\"/>\n",
+         <default name=\"height\" value=\"128\"/>\n\
+         <default name=\"sampler\" value=\"independent\"/>\n",
     );
     sensor(&mut out, view)?;
     for (index, _) in model.materials.iter().enumerate() {
@@ -70,7 +71,7 @@ fn sensor(out: &mut String, view: &View) -> io::Result<()> {
          <string name=\"fov_axis\" value=\"x\"/>\
          <float name=\"near_clip\" value=\"0.001\"/><float name=\"far_clip\" value=\"100000\"/>\
          <transform name=\"to_world\"><lookat origin=\"{}\" target=\"{}\" up=\"{}\"/></transform>\
-         <film type=\"hdrfilm\"><integer name=\"width\" value=\"$width\"/>\
+         <sampler type=\"$sampler\"/><film type=\"hdrfilm\"><integer name=\"width\" value=\"$width\"/>\
          <integer name=\"height\" value=\"$height\"/><string name=\"pixel_format\" value=\"rgb\"/>\
          <string name=\"component_format\" value=\"float32\"/><rfilter type=\"box\"/></film>\
          </sensor>",

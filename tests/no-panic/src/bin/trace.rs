@@ -1,0 +1,24 @@
+//! Closest hit, any hit and every hit over blocks of any bytes, with the lanes of a small processor.
+#![no_std]
+#![no_main]
+
+use core::hint::black_box;
+use kiloray_core::block::KiloView;
+use kiloray_core::geometry::Ray;
+use kiloray_core::trace::{Cursor, Scalar, Tracer};
+use kiloray_no_panic::{any, any_bytes, entry};
+
+entry!({
+    if let Ok(mut file) = KiloView::parse(any_bytes()) {
+        let ray = Ray { origin: any(), direction: any(), t_min: any(), t_max: any() };
+        let cursor = &mut Cursor::new();
+        let _ = black_box(Scalar.closest(cursor, &mut file, &ray));
+        let _ = black_box(Scalar.resume_closest(cursor, &mut file));
+        let _ = black_box(Scalar.any(cursor, &mut file, &ray));
+        let _ = black_box(Scalar.resume_any(cursor, &mut file));
+        let _ = black_box(Scalar.every(cursor, &mut file, &ray, |hit| {
+            black_box(hit);
+            any::<u8>() == 0
+        }));
+    }
+});

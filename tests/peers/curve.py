@@ -1,0 +1,261 @@
+#!/usr/bin/env python3
+"""Time against error: Kiloray, Mitsuba and Radiance on the same scenes and the same light.
+
+usage: curve.py [--scenes cornell,glass,conference] [--out target/peers] [--quick] [--spp-max N]
+
+Run it by `tests/peers/curve`, which installs and builds what it needs. Writes `curve.csv`, `curve.svg` and
+`curve.md` into the output folder.
+
+The light is direct light, seen also by way of mirrors and clear dielectrics. Scenes are reduced to what all
+three mean alike (`export` says what that changes) and given to each in its own format; the error is the
+relative RMSE over smooth pixels against Mitsuba at very many samples, in f32 without any tone curve.
+
+Time is CPU seconds, user and system, of all threads, of the rendering alone: the same command on a picture of
+2 x 2 pixels is subtracted for Kiloray and Radiance (start, reading, compiling the scene); Mitsuba, whose start
+is Python's and whose kernels are compiled at run time, is timed inside its process after a first run.
+`total_s` is the whole process.
+"""
+import argparse
+import csv
+import json
+import os
+import resource
+import subprocess
+import sys
+import time
+
+import numpy as np
+
+sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
+import images  # noqa: E402
+
+SIZES = {'cornell': (128, 128), 'glass': (192, 128), 'conference': (160, 100)}
+REFERENCE_SPP = {'cornell': 1 << 16, 'glass': 1 << 16, 'conference': 1 << 17}
+
+# Camera paths per pixel, shadow rays per light: what is worth its time at each error.
+KILORAY = [(1, 1), (1, 4), (1, 16), (4, 1), (4, 4), (16, 1), (4, 16), (16, 4), (64, 1), (64, 4), (256, 1), (1024, 1)]
+MITSUBA = [1, 4, 16, 64, 256, 1024, 4096]
+RADIANCE = [(1, 0.2), (1, 0.05), (4, 0.2), (4, 0.1), (16, 0.2), (16, 0.1), (64, 0.2)]
+RADIANCE_EXACT = '-dj .9 -dt 0 -dc 1 -lr 12 -lw 1e-5'
+RADIANCE_QUICK = '-dj .9 -dt .05 -dc .5 -lr 12 -lw 1e-3'
+
+
+def main():
+    parser = argparse.ArgumentParser()
+    parser.add_argument('--scenes', default='cornell,glass,conference')
+    parser.add_argument('--out', default='target/peers')
+    parser.add_argument('--only', default='kiloray,mitsuba,radiance')
+    parser.add_argument('--quick', action='store_true', help='few points, a coarse reference')
+    a = parser.parse_args()
+    os.makedirs(a.out, exist_ok=True)
+    rows = []
+    for scene in a.scenes.split(','):
+        rows += Scene(scene, a).measure()
+    write(rows, a.out)
+
+
+class Scene:
+    def __init__(self, name, options):
+        self.name, self.quick = name, options.quick
+        self.only = options.only.split(',')
+        self.dir = os.path.join(os.path.abspath(options.out), name)
+        self.width, self.height = SIZES.get(name, (128, 128))
+        made = subprocess.run(['target/release/export', name, self.dir], check=True, stdout=subprocess.PIPE)
+        self.facts = json.loads(made.stdout)
+        print(name, self.facts, flush=True)
+
+    def path(self, name):
+        return os.path.join(self.dir, name)
+
+    def measure(self):
+        self.reference()
+        rows = []
+        if 'radiance' in self.only:
+            self.agree()
+        self.rows = rows
+        if 'kiloray' in self.only:
+            self.kiloray()
+        if 'mitsuba' in self.only:
+            for variant in ('llvm_ad_rgb', 'scalar_rgb'):
+                self.mitsuba(variant)
+        if 'radiance' in self.only:
+            self.radiance()
+        return rows
+
+    def add(self, renderer, setting, render_s, total_s, image):
+        rel, mean = images.error(self.image, image, self.mask)
+        row = dict(scene=self.name, renderer=renderer, setting=setting, render_s=round(max(render_s, 1e-3), 4),
+                   total_s=round(total_s, 4), rel_rmse=round(rel, 6), mean_ratio=round(mean, 5))
+        self.rows.append(row)
+        print('%-10s %-22s %-28s render %8.3f s  total %8.3f s  error %.5f  mean %.4f'
+              % (self.name, renderer, setting, row['render_s'], total_s, rel, mean), flush=True)
+
+    # The reference, and where renderers agree.
+
+    def reference(self):
+        spp = 1 << 12 if self.quick else REFERENCE_SPP.get(self.name, 1 << 16)
+        path = self.path('reference-%d.npy' % spp)
+        if not os.path.exists(path):
+            self.worker('llvm_ad_rgb', 'reference', spp, path)
+        self.image = images.load(path)
+        self.mask = images.smooth(self.image)
+
+    def agree(self):
+        """Leaves out the pixels where Radiance means another light (it lets some through dielectrics)."""
+        if not self.facts['specular']:
+            return
+        path = self.path('radiance-best.npy')
+        if not os.path.exists(path):
+            np.save(path, self.rtrace(64, 0.1, RADIANCE_EXACT, self.width, self.height)[0])
+        best = images.load(path)
+        scale = np.maximum(self.image, 0.05 * self.image.mean())
+        alike = (np.abs(best - self.image) < 0.1 * scale).all(2)
+        left_out = float((self.mask & ~alike).sum() / max(self.mask.sum(), 1))
+        self.mask &= alike
+        print('%s: %.1f %% of the smooth pixels left out: Radiance means another light there' % (self.name, 100 * left_out))
+
+    # The renderers.
+
+    def kiloray(self):
+        def run(samples, shadow, width, height):
+            out = self.path('kiloray.exr')
+            used = cpu(['target/release/kiloray', 'render', self.path('scene.rad'), '--view', self.path('scene.vf'),
+                        '--width', str(width), '--height', str(height), '--samples', str(samples),
+                        '--shadow-samples', str(shadow), '--threads', '1', '--quiet', '-o', out])[0]
+            return out, used
+        start = min(run(1, 1, 2, 2)[1] for _ in range(3))
+        for samples, shadow in KILORAY:
+            if self.quick and samples * shadow > 64:
+                continue
+            out, used = run(samples, shadow, self.width, self.height)
+            self.add('kiloray', '%d paths, %d shadow' % (samples, shadow), used - start, used, images.load(out))
+
+    def mitsuba(self, variant):
+        if variant == 'scalar_rgb' and self.facts['specular']:
+            print('%s: no scalar_rgb: an integrator of this light would have to run in Python' % self.name)
+            return
+        most = 64 if self.quick else 1024 if variant == 'scalar_rgb' else 4096
+        for sampler in ('independent', 'multijitter'):
+            for spp in [s for s in MITSUBA if s <= (most if sampler == 'independent' else 1024)]:
+                path = self.path('mitsuba.npy')
+                begin = children()
+                render_s = self.worker(variant, sampler, spp, path)
+                self.add('mitsuba ' + variant, '%d spp, %s' % (spp, sampler), render_s, children() - begin, images.load(path))
+
+    def worker(self, variant, what, spp, path):
+        out = subprocess.run([sys.executable, os.path.join(os.path.dirname(os.path.abspath(__file__)), 'mitsuba_worker.py'),
+                              self.path('scene.xml'), variant, what, str(spp), str(self.width), str(self.height),
+                              str(int(self.facts['specular'])), path], check=True, stdout=subprocess.PIPE)
+        return float(out.stdout)
+
+    def radiance(self):
+        start = min(self.rtrace(1, 0.2, RADIANCE_EXACT, 2, 2)[1] for _ in range(3))
+        for name, options in (('exact', RADIANCE_EXACT), ('selective', RADIANCE_QUICK)):
+            if name == 'selective' and self.facts['lights'] < 2:
+                continue
+            for spp, ds in RADIANCE:
+                if self.quick and spp > 4:
+                    continue
+                image, used = self.rtrace(spp, ds, options, self.width, self.height)
+                self.add('radiance', '%d paths, -ds %g, %s' % (spp, ds, name), used - start, used, image)
+
+    def rtrace(self, spp, ds, options, width, height):
+        octree = self.path('scene.oct')
+        if not os.path.exists(octree):
+            with open(octree, 'wb') as out:
+                subprocess.run(['oconv', self.path('scene.rad')], stdout=out, env=RADIANCE_ENV, check=True)
+        rays = subprocess.run(['vwrays', '-ff', '-vf', self.path('scene.vf'), '-x', str(width), '-y', str(height), '-pa', '0',
+                               '-c', str(spp), '-pj', '1'], stdout=subprocess.PIPE, env=RADIANCE_ENV, check=True).stdout
+        used, out = cpu(['rtrace', '-w', '-h', '-fff', '-ov', '-ab', '0', '-ds', str(ds), *options.split(), octree],
+                        stdin=rays, env=RADIANCE_ENV)
+        values = np.frombuffer(out, np.float32).reshape(height, width, spp, 3)
+        return values.astype(np.float64).mean(2), used
+
+
+def children():
+    u = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return u.ru_utime + u.ru_stime
+
+
+def cpu(command, stdin=None, env=None):
+    begin = children()
+    done = subprocess.run(command, input=stdin, stdout=subprocess.PIPE, env=env, check=True)
+    return children() - begin, done.stdout
+
+
+def radiance_env():
+    import pyradiance
+    root = os.path.dirname(pyradiance.__file__)
+    return dict(os.environ, PATH=os.path.join(root, 'bin') + ':' + os.environ['PATH'], RAYPATH=os.path.join(root, 'lib'))
+
+
+RADIANCE_ENV = radiance_env()
+
+
+# What came out.
+
+def front(rows):
+    """The rows that no other beats in both time and error, by falling error."""
+    best, out = float('inf'), []
+    for row in sorted(rows, key=lambda r: (r['render_s'], r['rel_rmse'])):
+        if row['rel_rmse'] < best:
+            best = row['rel_rmse']
+            out.append(row)
+    return out
+
+
+def time_at(rows, error):
+    """Time that a front needs for an error, between its points by powers; None beyond its last."""
+    points = [(r['rel_rmse'], r['render_s']) for r in front(rows)]
+    for (e0, t0), (e1, t1) in zip(points, points[1:]):
+        if e0 >= error >= e1:
+            part = np.log(error / e0) / np.log(e1 / e0)
+            return float(t0 * (t1 / t0) ** part)
+    if points and error >= points[0][0]:
+        return points[0][1]
+    return None
+
+
+def write(rows, out):
+    with open(os.path.join(out, 'curve.csv'), 'w', newline='') as f:
+        writer = csv.DictWriter(f, fieldnames=list(rows[0]))
+        writer.writeheader()
+        writer.writerows(rows)
+    scenes = list(dict.fromkeys(r['scene'] for r in rows))
+    lines = ['| scene | peer | error | its time, s | Kiloray, s | times faster |', '| --- | --- | --- | --- | --- | --- |']
+    for scene in scenes:
+        ours = [r for r in rows if r['scene'] == scene and r['renderer'] == 'kiloray']
+        for peer in dict.fromkeys(r['renderer'] for r in rows if r['scene'] == scene and r['renderer'] != 'kiloray'):
+            for point in front([r for r in rows if r['scene'] == scene and r['renderer'] == peer]):
+                t = time_at(ours, point['rel_rmse'])
+                factor = 'not reached' if t is None else '%.2f' % (point['render_s'] / t)
+                lines.append('| %s | %s | %.5f | %.3f | %s | %s |' % (
+                    scene, peer, point['rel_rmse'], point['render_s'], '-' if t is None else '%.3f' % t, factor))
+    text = '\n'.join(lines) + '\n'
+    with open(os.path.join(out, 'curve.md'), 'w') as f:
+        f.write(text)
+    print('\n' + text)
+    plot(rows, scenes, out)
+
+
+def plot(rows, scenes, out):
+    import matplotlib
+    matplotlib.use('svg')
+    import matplotlib.pyplot as plt
+    figure, axes = plt.subplots(1, len(scenes), figsize=(5 * len(scenes), 4.2), squeeze=False)
+    for axis, scene in zip(axes[0], scenes):
+        for renderer in dict.fromkeys(r['renderer'] for r in rows):
+            points = front([r for r in rows if r['scene'] == scene and r['renderer'] == renderer])
+            if points:
+                axis.loglog([p['render_s'] for p in points], [p['rel_rmse'] for p in points], 'o-', label=renderer)
+        axis.set_title(scene)
+        axis.set_xlabel('CPU time of rendering [s]')
+        axis.grid(True, which='both', alpha=0.3)
+    axes[0][0].set_ylabel('relative RMSE on smooth pixels')
+    axes[0][0].legend()
+    figure.tight_layout()
+    figure.savefig(os.path.join(out, 'curve.svg'))
+
+
+if __name__ == '__main__':
+    main()
