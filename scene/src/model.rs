@@ -119,7 +119,7 @@ pub enum Emitter {
     Sampled {
         /// [input units], infinity for no limit.
         reach: f64,
-        /// Axis (unit) and half angle [rad] of a spotlight.
+        /// Axis (unit) and half angle \[rad\] of a spotlight.
         cone: Option<(DVec3, f64)>,
     },
 }
@@ -141,7 +141,7 @@ pub struct Light {
     pub v: DVec3,
     /// Radiance, or intensity.
     pub radiance: DVec3,
-    /// Axis and half angle [rad] of a spotlight.
+    /// Axis and half angle \[rad\] of a spotlight.
     pub cone: Option<(DVec3, f64)>,
 }
 
@@ -158,7 +158,7 @@ pub struct View {
     pub direction: DVec3,
     /// Up.
     pub up: DVec3,
-    /// Full angles [degrees] or lengths.
+    /// Full angles \[degrees\] or lengths.
     pub size: [f64; 2],
     /// Shift and lift, in image sizes.
     pub offset: [f64; 2],

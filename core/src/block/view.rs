@@ -22,7 +22,7 @@ pub struct BlockView<'a> {
 /// What a block is checked against.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct BlockLimits {
-    /// Size of a block [bytes].
+    /// Size of a block \[bytes\].
     pub block_bytes: usize,
     /// Number of blocks in the file.
     pub blocks: u32,

@@ -36,7 +36,7 @@ pub struct View {
     pub direction: [f32; 3],
     /// Up; not parallel to `direction`, any length.
     pub up: [f32; 3],
-    /// Horizontal and vertical size: full angles [degrees], or lengths [scene units].
+    /// Horizontal and vertical size: full angles \[degrees\], or lengths [scene units].
     pub size: [f32; 2],
     /// Shift and lift of the image centre, in image widths and heights.
     pub offset: [f32; 2],

@@ -169,9 +169,9 @@ impl fmt::Display for Budget {
 /// A memory that cannot work: the least that each line needs, and what there is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct BudgetError {
-    /// The memory that was given [bytes].
+    /// The memory that was given \[bytes\].
     pub memory: usize,
-    /// The least that each line works with, in the order of [`Line::ALL`] [bytes].
+    /// The least that each line works with, in the order of [`Line::ALL`] \[bytes\].
     pub need: [usize; Line::ALL.len()],
 }
 
@@ -180,9 +180,9 @@ pub struct BudgetError {
 pub struct LineNeed {
     /// The line.
     pub line: Line,
-    /// The least it works with [bytes].
+    /// The least it works with \[bytes\].
     pub need: usize,
-    /// What there is for it [bytes].
+    /// What there is for it \[bytes\].
     pub have: usize,
 }
 
@@ -197,7 +197,7 @@ impl BudgetError {
         })
     }
 
-    /// The least memory that would do [bytes].
+    /// The least memory that would do \[bytes\].
     #[must_use]
     pub fn need(&self) -> usize {
         self.need.into_iter().fold(0, usize::saturating_add)

@@ -7,11 +7,11 @@ use super::{
     shape::{Shaper, light, matt, metal, plastic},
 };
 
-/// From table to table, across and along the room [m].
+/// From table to table, across and along the room \[m\].
 const PITCH: [f64; 2] = [4.4, 3.7];
-/// Height of the room [m].
+/// Height of the room \[m\].
 const HEIGHT: f64 = 3.1;
-/// Height of a table [m].
+/// Height of a table \[m\].
 const TABLE: f64 = 0.74;
 /// Lamps across and along, at most: every node keeps them all.
 const LAMPS_MAX: [u32; 2] = [16, 12];

@@ -6,7 +6,7 @@ pub(super) fn surfaces(n: u64) -> u64 {
     2 * n * n + 2
 }
 
-/// Height of the ripple's middle, and half the side of the field [m].
+/// Height of the ripple's middle, and half the side of the field \[m\].
 const HEIGHT: f64 = 3.2;
 const HALF: f64 = 10.0;
 /// Radians per metre: five rings to the side.

@@ -10,7 +10,7 @@ use super::{
 
 /// Four heaps on four stands in a room of 14 m × 11 m × 4.5 m.
 const SPOTS: [[f64; 2]; 4] = [[-2.9, 1.2], [0.1, -0.9], [2.9, 1.6], [0.4, 3.4]];
-/// Radius of a stand and its height [m].
+/// Radius of a stand and its height \[m\].
 const STAND: [f64; 2] = [0.95, 0.55];
 const STAND_SEGMENTS: u32 = 64;
 

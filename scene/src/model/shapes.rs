@@ -37,7 +37,7 @@ impl Model {
     }
 
     /// Enters a source infinitely far in `towards`, of any length, that appears as a disc of full
-    /// angle `angle` [degrees], up to 360 for a sky all around. Its radiance is the material's
+    /// angle `angle` \[degrees\], up to 360 for a sky all around. Its radiance is the material's
     /// emission. If the material does not light others it is only seen (reach 0).
     ///
     /// # Errors
