@@ -1,6 +1,6 @@
 //! Camera rays and rays from what they hit, as one hash of all hits: the same on every machine.
 
-use kiloray_core::block::{BlockView, KiloView, checksum};
+use kiloray_core::block::{KiloView, checksum};
 use kiloray_core::geometry::{Hit, Primitive, Ray};
 use kiloray_core::path::PathKey;
 use kiloray_core::random::{Purpose, Sequence};
