@@ -14,6 +14,7 @@
 mod aabb;
 mod order;
 mod prepared;
+mod pyramid;
 mod ray;
 pub mod rounding;
 mod spawn;
@@ -24,6 +25,7 @@ mod triangle;
 
 pub use aabb::Aabb;
 pub use prepared::{Interval, PreparedRay};
+pub use pyramid::{Planes, Pyramid, Side};
 pub use ray::{Hit, Primitive, Ray};
 pub use spawn::{SurfacePoint, Target};
 pub use sphere::{SphereRoots, sphere_roots};

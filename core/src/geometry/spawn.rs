@@ -1,6 +1,6 @@
 use super::rounding::UNIT_ROUNDOFF;
 use super::sphere::roots;
-use super::{Hit, PreparedRay, Primitive, Ray};
+use super::{Aabb, Hit, PreparedRay, Primitive, Ray};
 use glam::{DVec3, Vec3};
 
 /// A point of a surface that a ray hit, from which other rays begin.
@@ -101,6 +101,12 @@ impl SurfacePoint {
         let off = if back.dot(normal) < 0.0 { -clearance } else { clearance };
         let direction = (normal * off - back).as_vec3();
         Ray { origin, direction, t_min: 0.0, t_max: 1.0 }
+    }
+
+    /// The box of the two places, one on each side, where rays from here begin.
+    #[must_use]
+    pub fn origins(&self) -> Aabb {
+        Aabb::EMPTY.with(self.origin_towards(self.unit)).with(self.origin_towards(-self.unit))
     }
 
     fn origin_towards(&self, direction: DVec3) -> Vec3 {
