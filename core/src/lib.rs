@@ -15,6 +15,9 @@
 //! | [`random`] | low-discrepancy numbers as functions of those names |
 //! | [`scene`] | the tables of a scene: materials, lights, views |
 //! | [`view`] | from pixels to rays |
+//! | [`material`] | what surfaces do with light |
+//! | [`light`] | lights as seen from a point, and samples of them |
+//! | [`shade`] | the rendering equation: what a ray brings, and which rays follow it |
 //! | [`store`] | a node's memory: arena, budget, block cache, pools and queues |
 //! | [`network`] | topologies and their routes, credits of links |
 #![no_std]
@@ -29,10 +32,13 @@ extern crate std;
 
 pub mod block;
 pub mod geometry;
+pub mod light;
+pub mod material;
 pub mod network;
 pub mod path;
 pub mod random;
 pub mod scene;
+pub mod shade;
 pub mod store;
 pub mod trace;
 pub mod view;

@@ -17,7 +17,8 @@ pub enum LightKind {
     /// A point that shines within a cone round `u` (unit), of half angle `acos(v.x)`.
     Spot = 5,
     /// Infinitely far: the directions within the half angle `acos(v.x)` of `u` (unit, towards the
-    /// light). A small one is a sun, one of half angle π is a sky all around.
+    /// light). A small one is a sun, one of half angle π is a sky all around. `v.y` is `1 - v.x`, computed in f64 (a sun's
+    /// cosine is too near 1 for f32); 0 stands for the difference in f32.
     Distant = 6,
 }
 

@@ -1,0 +1,231 @@
+use super::distant::Cap;
+use super::flat::Flat;
+use super::sphere::Ball;
+use crate::geometry::rounding::UNIT_ROUNDOFF;
+use crate::material::Surface;
+use crate::scene::{Light, LightKind};
+use glam::Vec3;
+
+/// A light as one point sees it. [`prepare`](Self::prepare) it before taking samples.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Aim {
+    shape: Shape,
+    from: Vec3,
+    radiance: Vec3,
+    cone: Vec3,
+    cone_cos: f32,
+    /// What the light would bring to a white surface without shadows, roughly: the greatest
+    /// component of radiance times solid angle times cosine. Above zero.
+    pub estimate: f32,
+    /// Its solid angle, roughly; 0 for points.
+    pub solid_angle: f32,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Shape {
+    Flat(Flat),
+    Ball(Ball),
+    Point(Vec3),
+    Cap(Cap),
+}
+
+/// Why a light cannot light a point.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Dark {
+    /// It is wholly behind the surface, or the surface takes no light from its side.
+    Below,
+    /// It shines to the other side, or in another direction.
+    FacesAway,
+    /// It is farther away than its reach.
+    OutOfReach,
+    /// It has no power or no size.
+    Void,
+}
+
+/// A direction in which a light was found.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sample {
+    /// Unit direction to the light.
+    pub direction: Vec3,
+    /// Where a shadow ray ends, just before the light; `None` if it has no end.
+    pub end: Option<Vec3>,
+    /// The distance to the light, infinite if it is infinitely far.
+    pub distance: f32,
+    /// Radiance over density: for a point light the irradiance at normal incidence. [W/m²]
+    pub power: Vec3,
+    /// What [`Aim::density`] says of this direction.
+    pub density: f32,
+}
+
+/// Distance by which a shadow ray ends before the light, in parts of all lengths concerned: rays that
+/// reach the light's own primitive find it beyond their end. As in `geometry`, where a ray's clearance is derived.
+const CLEARANCE: f32 = 80.0 * UNIT_ROUNDOFF;
+
+impl Aim {
+    /// A light, seen from a surface that answers light from its front and from behind, or
+    /// not (see [`crate::material::Bsdf::answers`]).
+    ///
+    /// # Errors
+    /// Why it cannot light it.
+    pub fn new(light: &Light, surface: &Surface, answers: [bool; 2]) -> Result<Self, Dark> {
+        let from = surface.position;
+        let radiance = Vec3::from(light.radiance);
+        let brightest = radiance.max_element();
+        let kind = LightKind::from_u32(light.kind).ok_or(Dark::Void)?;
+        if brightest.is_nan() || brightest <= 0.0 {
+            return Err(Dark::Void);
+        }
+        let position = Vec3::from(light.position);
+        let (u, v) = (Vec3::from(light.u), Vec3::from(light.v));
+        let (shape, center, radius) = match kind {
+            LightKind::Parallelogram | LightKind::Triangle | LightKind::Disc => {
+                let flat = Flat::new(kind, position, u, v, from)?;
+                (Shape::Flat(flat), flat.center, flat.radius)
+            }
+            LightKind::Sphere => (Shape::Ball(Ball::new(position, u.x, from)?), position, u.x),
+            LightKind::Point | LightKind::Spot => (Shape::Point(position), position, 0.0),
+            LightKind::Distant => {
+                let cap = Cap::new(u, v, surface, answers)?;
+                let estimate = brightest * cap.estimate;
+                return Ok(Self {
+                    solid_angle: cap.solid_angle,
+                    shape: Shape::Cap(cap),
+                    from,
+                    radiance,
+                    cone: Vec3::ZERO,
+                    cone_cos: -1.0,
+                    estimate,
+                });
+            }
+        };
+        let (cone, cone_cos) =
+            if kind == LightKind::Spot { (u, v.x) } else { (light.cone.into(), light.cone_cos) };
+        let to = center - from;
+        let distance = libm::sqrtf(to.dot(to));
+        if distance > light.reach {
+            return Err(Dark::OutOfReach);
+        }
+        // Heights of the light's ends above the surface, by its bounding sphere.
+        let height = to.dot(surface.normal);
+        let slack = radius + (distance + radius) * (4.0 * UNIT_ROUNDOFF);
+        if !(answers[0] && height > -slack || answers[1] && height < slack) {
+            return Err(Dark::Below);
+        }
+        let (solid_angle, strength) = match &shape {
+            Shape::Flat(flat) => (flat.solid_angle, flat.solid_angle),
+            Shape::Ball(ball) => (ball.solid_angle, ball.solid_angle),
+            Shape::Point(_) | Shape::Cap(_) => {
+                // A point on the surface itself would bring infinitely much.
+                if distance * distance < f32::MIN_POSITIVE {
+                    return Err(Dark::Void);
+                }
+                if -to.dot(cone) < cone_cos * distance {
+                    return Err(Dark::FacesAway);
+                }
+                (0.0, 1.0 / (distance * distance))
+            }
+        };
+        let cos = if distance > 0.0 { (height.abs() + radius) / distance } else { 1.0 };
+        let estimate = brightest * strength * cos.min(1.0);
+        if estimate.is_nan() || estimate <= 0.0 {
+            return Err(Dark::Void);
+        }
+        Ok(Self { shape, from, radiance, cone, cone_cos, estimate, solid_angle })
+    }
+
+    /// Makes it ready for samples by solid angle, where it looks large; without this they are of its area.
+    pub fn prepare(&mut self) {
+        if let Shape::Flat(flat) = &mut self.shape {
+            flat.prepare(self.from);
+        }
+    }
+
+    /// The light's direction for two numbers in [0, 1); `None` if there is nothing to see in it.
+    #[must_use]
+    pub fn sample(&self, numbers: [f32; 2]) -> Option<Sample> {
+        let (direction, distance, normal, size, inverse, density) = match &self.shape {
+            Shape::Flat(flat) => {
+                let found = flat.sample(self.from, numbers)?;
+                (
+                    found.direction,
+                    found.distance,
+                    flat.normal,
+                    flat.size,
+                    found.inverse,
+                    found.density,
+                )
+            }
+            Shape::Ball(ball) => {
+                let (direction, distance, normal) = ball.sample(self.from, numbers);
+                let inverse = ball.solid_angle;
+                (direction, distance, normal, ball.size, inverse, 1.0 / inverse)
+            }
+            Shape::Point(position) => {
+                let to = *position - self.from;
+                let square = to.dot(to);
+                let distance = libm::sqrtf(square);
+                return Some(Sample {
+                    direction: to / distance,
+                    end: Some(*position),
+                    distance,
+                    power: self.radiance / square,
+                    density: f32::INFINITY,
+                });
+            }
+            Shape::Cap(cap) => {
+                let (direction, inverse) = cap.sample(numbers)?;
+                return Some(Sample {
+                    direction,
+                    end: None,
+                    distance: f32::INFINITY,
+                    power: self.radiance * inverse,
+                    density: 1.0 / cap.solid_angle,
+                });
+            }
+        };
+        if self.cone_cos > -1.0 && -direction.dot(self.cone) < self.cone_cos {
+            return None;
+        }
+        let off = CLEARANCE * (size + distance);
+        Some(Sample {
+            direction,
+            end: Some(self.from + direction * distance + normal * off),
+            distance,
+            power: self.radiance * inverse,
+            density,
+        })
+    }
+
+    /// The density [1/sr] by which light sampling counts, against that of a ray that found `light` by itself, at
+    /// `distance` in the unit `direction`. 0 if sampling cannot find it.
+    ///
+    /// It need not be the density of [`Aim::sample`], as long as both sides use the same; this one is cheap.
+    #[must_use]
+    pub fn density(light: &Light, from: Vec3, direction: Vec3, distance: f32) -> f32 {
+        let position = Vec3::from(light.position);
+        let (u, v) = (Vec3::from(light.u), Vec3::from(light.v));
+        match LightKind::from_u32(light.kind) {
+            Some(kind @ (LightKind::Parallelogram | LightKind::Triangle | LightKind::Disc)) => {
+                Flat::density(kind, u, v, direction, distance)
+            }
+            Some(LightKind::Sphere) => {
+                Ball::new(position, u.x, from).map_or(0.0, |ball| 1.0 / ball.solid_angle)
+            }
+            Some(LightKind::Distant) => 1.0 / Cap::solid_angle(v),
+            _ => 0.0,
+        }
+    }
+
+    /// The centre of a light's shape; of a distant one its direction.
+    #[must_use]
+    pub fn center(light: &Light) -> Vec3 {
+        let position = Vec3::from(light.position);
+        let (u, v) = (Vec3::from(light.u), Vec3::from(light.v));
+        match LightKind::from_u32(light.kind) {
+            Some(LightKind::Parallelogram) => position + (u + v) * 0.5,
+            Some(LightKind::Triangle) => position + (u + v) * (1.0 / 3.0),
+            Some(LightKind::Distant) => u,
+            _ => position,
+        }
+    }
+}

@@ -1,0 +1,211 @@
+use super::aim::{Aim, Dark};
+use super::ellipse::Ellipse;
+use super::rectangle::Rectangle;
+use super::triangle::SphericalTriangle;
+use crate::scene::{Light, LightKind};
+use core::f32::consts::PI;
+use glam::Vec3;
+
+/// A parallelogram, triangle or disc in front of a point.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Flat {
+    kind: LightKind,
+    position: Vec3,
+    u: Vec3,
+    v: Vec3,
+    pub(super) center: Vec3,
+    /// Unit, on the side that shines.
+    pub(super) normal: Vec3,
+    area: f32,
+    /// Distance of the point from the plane; above zero.
+    height: f32,
+    /// Of the sphere round `center` that holds it.
+    pub(super) radius: f32,
+    /// The sum of all lengths that rounding depends on.
+    pub(super) size: f32,
+    /// Roughly, and never more than 2π.
+    pub(super) solid_angle: f32,
+    looks_large: bool,
+    near: Near,
+}
+
+/// How it is sampled by solid angle, where it looks large.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Near {
+    /// By area.
+    No,
+    Rectangle(Rectangle),
+    Disc(Ellipse),
+    Triangle(SphericalTriangle),
+}
+
+/// A point on the shape.
+pub(super) struct Found {
+    pub(super) direction: Vec3,
+    pub(super) distance: f32,
+    /// One over the density [sr].
+    pub(super) inverse: f32,
+    /// See [`Aim::density`].
+    pub(super) density: f32,
+}
+
+/// Above this quotient of area and squared distance to the centre the solid angle is sampled: below it uniform area is
+/// nearly the same, cheaper, and better conditioned.
+const NEAR: f32 = 0.2;
+
+impl Flat {
+    pub(super) fn new(
+        kind: LightKind,
+        position: Vec3,
+        u: Vec3,
+        v: Vec3,
+        from: Vec3,
+    ) -> Result<Self, Dark> {
+        let (normal, area) = plane(kind, u, v).ok_or(Dark::Void)?;
+        let height = (from - position).dot(normal);
+        if height.is_nan() || height <= 0.0 {
+            return Err(Dark::FacesAway);
+        }
+        let center = Aim::center(&Light { kind: kind as u32, ..shape(position, u, v) });
+        let (a, b) = (libm::sqrtf(u.dot(u)), libm::sqrtf(v.dot(v)));
+        let to = center - from;
+        let square = to.dot(to);
+        let distance = libm::sqrtf(square);
+        let radius = match kind {
+            LightKind::Parallelogram => 0.5 * (a + b),
+            LightKind::Triangle => a.max(b),
+            _ => a,
+        };
+        // As from a disc of this area at the distance of the nearest edge, but no nearer than its height.
+        let reach = (distance - radius).max(height);
+        let cos = ((height + radius) / distance).min(1.0);
+        let solid_angle = (area * cos / (reach * reach).max(square * 0.25)).min(2.0 * PI);
+        let size = position.abs().max_element() + a + b;
+        Ok(Self {
+            kind,
+            position,
+            u,
+            v,
+            center,
+            normal,
+            area,
+            height,
+            radius,
+            size,
+            solid_angle,
+            looks_large: area > NEAR * square,
+            near: Near::No,
+        })
+    }
+
+    /// Chooses how it is sampled; costly where it looks large.
+    pub(super) fn prepare(&mut self, from: Vec3) {
+        if !self.looks_large {
+            return;
+        }
+        let (position, u, v) = (self.position, self.u, self.v);
+        let corner = position - from;
+        let square = u.dot(u) * v.dot(v);
+        let near = match self.kind {
+            LightKind::Parallelogram if u.dot(v) * u.dot(v) <= 1e-10 * square => {
+                Rectangle::new(corner, u, v).map(Near::Rectangle)
+            }
+            LightKind::Disc => Ellipse::new(corner, self.normal, u).map(Near::Disc),
+            LightKind::Triangle => {
+                SphericalTriangle::new(corner, corner + u, corner + v).map(Near::Triangle)
+            }
+            _ => None,
+        };
+        self.near = near.unwrap_or(Near::No);
+    }
+
+    /// The point of the shape for two numbers in [0, 1).
+    pub(super) fn sample(&self, from: Vec3, numbers: [f32; 2]) -> Option<Found> {
+        let (to, inverse) = match &self.near {
+            Near::No => (self.position + self.on_shape(numbers) - from, None),
+            Near::Rectangle(rectangle) => (rectangle.sample(numbers), Some(rectangle.solid_angle)),
+            Near::Disc(ellipse) => {
+                let (direction, inverse) = ellipse.sample(numbers);
+                (self.along(direction)?, Some(inverse))
+            }
+            Near::Triangle(triangle) => {
+                (self.along(triangle.sample(numbers))?, Some(triangle.solid_angle))
+            }
+        };
+        let square = to.dot(to);
+        let distance = libm::sqrtf(square);
+        // The height is the same for all points of the plane: more exact than the product of direction and normal.
+        let by_area = self.area * self.height / (square * distance);
+        let density = 1.0 / by_area;
+        (by_area > 0.0 && density > 0.0).then(|| Found {
+            direction: to / distance,
+            distance,
+            inverse: inverse.unwrap_or(by_area),
+            density,
+        })
+    }
+
+    /// The vector to the plane in a unit direction.
+    fn along(&self, direction: Vec3) -> Option<Vec3> {
+        let cos = -direction.dot(self.normal);
+        (cos > 0.0).then(|| direction * (self.height / cos))
+    }
+
+    pub(super) fn density(
+        kind: LightKind,
+        u: Vec3,
+        v: Vec3,
+        direction: Vec3,
+        distance: f32,
+    ) -> f32 {
+        let Some((normal, area)) = plane(kind, u, v) else { return 0.0 };
+        let cos = -direction.dot(normal);
+        if cos > 0.0 { distance * distance / (area * cos) } else { 0.0 }
+    }
+
+    fn on_shape(&self, [a, b]: [f32; 2]) -> Vec3 {
+        match self.kind {
+            LightKind::Triangle => {
+                // Continuous, with the evenness of the square kept along both axes (Turk 1990).
+                let root = libm::sqrtf(a);
+                self.u * (root * (1.0 - b)) + self.v * (root * b)
+            }
+            LightKind::Disc => {
+                let (x, y) = concentric(a, b);
+                self.u * x + self.v * y
+            }
+            _ => self.u * a + self.v * b,
+        }
+    }
+}
+
+/// Unit normal and area.
+fn plane(kind: LightKind, u: Vec3, v: Vec3) -> Option<(Vec3, f32)> {
+    let n = u.cross(v);
+    let len = libm::sqrtf(n.dot(n));
+    let area = match kind {
+        LightKind::Triangle => 0.5 * len,
+        LightKind::Disc => PI * len,
+        _ => len,
+    };
+    (len > 0.0 && len.is_finite()).then(|| (n / len, area))
+}
+
+fn shape(position: Vec3, u: Vec3, v: Vec3) -> Light {
+    Light { position: position.into(), u: u.into(), v: v.into(), ..bytemuck::Zeroable::zeroed() }
+}
+
+/// The map of Shirley & Chiu 1997 from the unit square to the unit disc.
+pub(super) fn concentric(a: f32, b: f32) -> (f32, f32) {
+    let (x, y) = (2.0 * a - 1.0, 2.0 * b - 1.0);
+    if x == 0.0 && y == 0.0 {
+        return (0.0, 0.0);
+    }
+    if x.abs() > y.abs() {
+        let (sin, cos) = libm::sincosf(0.25 * PI * (y / x));
+        (x * cos, x * sin)
+    } else {
+        let (sin, cos) = libm::sincosf(0.25 * PI * (x / y));
+        (y * sin, y * cos)
+    }
+}

@@ -1,0 +1,55 @@
+use super::Aim;
+use super::distant::versine;
+use crate::scene::{Light, LightKind};
+use glam::Vec3;
+
+impl Aim {
+    /// How far a point lies off a light's surface.
+    #[must_use]
+    pub fn distance_to(light: &Light, point: Vec3) -> f32 {
+        let off = point - Vec3::from(light.position);
+        let (u, v) = (Vec3::from(light.u), Vec3::from(light.v));
+        let len = |v: Vec3| libm::sqrtf(v.dot(v));
+        let kind = match LightKind::from_u32(light.kind) {
+            Some(LightKind::Sphere) => return (len(off) - u.x).abs(),
+            Some(kind @ (LightKind::Parallelogram | LightKind::Triangle | LightKind::Disc)) => kind,
+            _ => return len(off),
+        };
+        // The point's coordinates along u and v, put back into the shape.
+        let (uu, uv, vv) = (u.dot(u), u.dot(v), v.dot(v));
+        let det = uu * vv - uv * uv;
+        if det.is_nan() || det <= 0.0 {
+            return len(off);
+        }
+        let (pu, pv) = (off.dot(u), off.dot(v));
+        let (a, b) = ((pu * vv - pv * uv) / det, (pv * uu - pu * uv) / det);
+        let (a, b) = match kind {
+            LightKind::Disc => {
+                let scale = libm::sqrtf(a * a + b * b).max(1.0);
+                (a / scale, b / scale)
+            }
+            LightKind::Triangle => {
+                let (a, b) = (a.max(0.0), b.max(0.0));
+                let scale = (a + b).max(1.0);
+                (a / scale, b / scale)
+            }
+            _ => (a.clamp(0.0, 1.0), b.clamp(0.0, 1.0)),
+        };
+        len(off - u * a - v * b)
+    }
+
+    /// Whether a distant light lies in a unit direction.
+    #[must_use]
+    pub fn is_towards(light: &Light, direction: Vec3) -> bool {
+        let axis = Vec3::from(light.u);
+        let versine = versine(light.v.into());
+        let cos = direction.dot(axis);
+        if cos > 0.5 {
+            // 1 - cos of a small angle, from the chord.
+            let chord = direction - axis;
+            0.5 * chord.dot(chord) <= versine
+        } else {
+            1.0 - cos <= versine
+        }
+    }
+}

@@ -1,0 +1,62 @@
+use super::aim::Dark;
+use crate::material::tangents;
+use core::f32::consts::PI;
+use glam::Vec3;
+
+/// A sphere, seen from outside.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Ball {
+    center: Vec3,
+    radius: f32,
+    /// Unit, from the point to the centre.
+    axis: Vec3,
+    distance: f32,
+    /// `1 - cos` of half the cone's angle.
+    versine: f32,
+    pub(super) solid_angle: f32,
+    /// The sum of all lengths that rounding depends on.
+    pub(super) size: f32,
+}
+
+impl Ball {
+    pub(super) fn new(center: Vec3, radius: f32, from: Vec3) -> Result<Self, Dark> {
+        let to = center - from;
+        let distance = libm::sqrtf(to.dot(to));
+        if radius.is_nan() || radius <= 0.0 {
+            return Err(Dark::Void);
+        }
+        if distance.is_nan() || distance <= radius {
+            // It emits outward.
+            return Err(Dark::FacesAway);
+        }
+        let sin = radius / distance;
+        let versine = sin * sin / (1.0 + cos_of(radius, distance));
+        let size = center.abs().max_element() + radius;
+        let solid_angle = 2.0 * PI * versine;
+        if solid_angle <= 0.0 {
+            return Err(Dark::Void);
+        }
+        Ok(Self { center, radius, axis: to / distance, distance, versine, solid_angle, size })
+    }
+
+    /// Unit direction, distance and outward normal: uniform in the cone of visible directions.
+    pub(super) fn sample(&self, from: Vec3, [a, b]: [f32; 2]) -> (Vec3, f32, Vec3) {
+        let versine = a * self.versine;
+        // sin² = 1 - cos², without the difference of near ones.
+        let sin2 = versine * (2.0 - versine);
+        let (sin_phi, cos_phi) = libm::sincosf(2.0 * PI * b);
+        let (s, t) = tangents(self.axis);
+        let aside = (s * cos_phi + t * sin_phi) * libm::sqrtf(sin2);
+        let direction = self.axis * (1.0 - versine) + aside;
+        // The nearer root of the line and the sphere.
+        let (r, d) = (self.radius, self.distance);
+        let distance = d * (1.0 - versine) - libm::sqrtf((r * r - d * d * sin2).max(0.0));
+        let normal = from + direction * distance - self.center;
+        (direction, distance, normal / libm::sqrtf(normal.dot(normal)))
+    }
+}
+
+/// The cosine of half the angle under which a sphere is seen: `sqrt(d² - r²) / d`.
+fn cos_of(radius: f32, distance: f32) -> f32 {
+    libm::sqrtf(((distance - radius) * (distance + radius)).max(0.0)) / distance
+}

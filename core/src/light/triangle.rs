@@ -1,0 +1,65 @@
+use glam::Vec3;
+
+/// A triangle, sampled by the solid angle under which the origin sees it: Arvo 1995, "Stratified sampling of spherical
+/// triangles". Names are those of the paper.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct SphericalTriangle {
+    a: Vec3,
+    b: Vec3,
+    /// Unit, at right angles to `a`, towards `c`.
+    c_off_a: Vec3,
+    sin_alpha: f32,
+    cos_alpha: f32,
+    alpha: f32,
+    cos_c: f32,
+    pub(super) solid_angle: f32,
+}
+
+/// Below this solid angle, and where an angle is flat, rounding spoils the map.
+const SOLID_ANGLE_MIN: f32 = 0.02;
+
+impl SphericalTriangle {
+    /// The corners are seen from the point, in either sense.
+    pub(super) fn new(a: Vec3, b: Vec3, c: Vec3) -> Option<Self> {
+        let (a, b, c) = (unit(a)?, unit(b)?, unit(c)?);
+        // Van Oosterom & Strackee 1983: no difference of angles.
+        let triple = a.dot(b.cross(c)).abs();
+        let half = libm::atan2f(triple, 1.0 + a.dot(b) + b.dot(c) + c.dot(a));
+        let half = if half < 0.0 { half + core::f32::consts::PI } else { half };
+        let b_off_a = unit(b - a * a.dot(b))?;
+        let c_off_a = unit(c - a * a.dot(c))?;
+        let cos_alpha = b_off_a.dot(c_off_a).clamp(-1.0, 1.0);
+        let sin_alpha = libm::sqrtf(1.0 - cos_alpha * cos_alpha);
+        let found = Self {
+            a,
+            b,
+            c_off_a,
+            sin_alpha,
+            cos_alpha,
+            alpha: libm::acosf(cos_alpha),
+            cos_c: a.dot(b),
+            solid_angle: 2.0 * half,
+        };
+        (found.solid_angle >= SOLID_ANGLE_MIN && sin_alpha > 0.01).then_some(found)
+    }
+
+    /// A unit direction.
+    pub(super) fn sample(&self, [x, y]: [f32; 2]) -> Vec3 {
+        let (s, t) = libm::sincosf(x * self.solid_angle - self.alpha);
+        let u = t - self.cos_alpha;
+        let v = s + self.sin_alpha * self.cos_c;
+        let q = ((v * t - u * s) * self.cos_alpha - v) / ((v * s + u * t) * self.sin_alpha);
+        // Both vanish at x = 0, where the sub-triangle is A and B alone.
+        let q = if q.is_nan() { 1.0 } else { q.clamp(-1.0, 1.0) };
+        let c = self.a * q + self.c_off_a * libm::sqrtf(1.0 - q * q);
+        let cos = c.dot(self.b);
+        let z = 1.0 - y * (1.0 - cos);
+        let off = unit(c - self.b * cos).unwrap_or(Vec3::ZERO);
+        self.b * z + off * libm::sqrtf((1.0 - z * z).max(0.0))
+    }
+}
+
+fn unit(v: Vec3) -> Option<Vec3> {
+    let len = libm::sqrtf(v.dot(v));
+    (len > 0.0).then(|| v / len)
+}

@@ -1,0 +1,237 @@
+use super::Surface;
+#[cfg(feature = "specular")]
+use super::{ROUGHNESS_MIN, Ward, fresnel, pass::index};
+use crate::scene::{Material, MaterialKind};
+use core::f32::consts::FRAC_1_PI;
+use glam::Vec3;
+
+/// What a material does with light at a surface, seen from one direction.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Bsdf {
+    /// Diffuse reflectance.
+    pub diffuse: Vec3,
+    /// Diffuse transmittance.
+    pub through: Vec3,
+    /// Light that leaves in or about one direction.
+    #[cfg(feature = "specular")]
+    pub gloss: Gloss,
+}
+
+/// Specular reflection and transmission.
+#[cfg(feature = "specular")]
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Gloss {
+    /// Reflected part.
+    pub reflect: Vec3,
+    /// Transmitted part.
+    pub transmit: Vec3,
+    /// Roughness of both; 0 for a perfect mirror and a clear view.
+    pub alpha: f32,
+    /// Direction of transmitted light, where `alpha` is 0.
+    pub ahead: Vec3,
+    /// The transmitted ray changes from outside to inside, or back.
+    pub crosses: bool,
+}
+
+/// Light from one direction, after the surface: see [`Bsdf::evaluate`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Response {
+    /// Diffuse part of the BSDF times the cosine.
+    pub diffuse: Vec3,
+    /// Glossy part of the BSDF times the cosine; nothing of a perfect mirror.
+    pub gloss: Vec3,
+    /// Density [1/sr] with which the glossy lobe on that side finds the direction.
+    pub density: f32,
+}
+
+/// Which of the two glossy lobes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Side {
+    /// Reflected: the side that the ray came from.
+    Front,
+    /// Transmitted.
+    Back,
+}
+
+#[cfg(feature = "specular")]
+impl Gloss {
+    const NONE: Self = Self {
+        reflect: Vec3::ZERO,
+        transmit: Vec3::ZERO,
+        alpha: 0.0,
+        ahead: Vec3::ZERO,
+        crosses: false,
+    };
+
+    fn new(material: &Material, kind: MaterialKind, surface: &Surface) -> Self {
+        let none = Self { ahead: -surface.outgoing, ..Self::NONE };
+        match kind {
+            MaterialKind::Opaque => Self {
+                reflect: material.specular.into(),
+                transmit: Vec3::from(material.transmit) * material.transmit_specular,
+                alpha: if material.roughness < ROUGHNESS_MIN { 0.0 } else { material.roughness },
+                ..none
+            },
+            MaterialKind::Mirror => Self { reflect: material.specular.into(), ..none },
+            MaterialKind::Dielectric => {
+                let index = index(material);
+                let ratio = if surface.front { 1.0 / index } else { index };
+                let found = fresnel::interface(surface.outgoing, surface.shading, ratio);
+                // A pencil of light changes its solid angle at the interface: radiance over the index squared is kept.
+                let transmit = if found.refracted.is_some() {
+                    Vec3::splat((1.0 - found.reflected) * ratio * ratio)
+                } else {
+                    Vec3::ZERO
+                };
+                Self {
+                    reflect: Vec3::splat(found.reflected),
+                    transmit,
+                    ahead: found.refracted.unwrap_or(none.ahead),
+                    crosses: true,
+                    ..none
+                }
+            }
+            MaterialKind::Glass => {
+                let cos = surface.shading.dot(surface.outgoing);
+                let (reflect, transmit) =
+                    fresnel::pane(cos, index(material), material.transmit.into());
+                Self { reflect, transmit, ..none }
+            }
+            MaterialKind::Void => Self { transmit: Vec3::ONE, ..none },
+            MaterialKind::Light => none,
+        }
+    }
+}
+
+impl Bsdf {
+    /// What the material does at the surface.
+    #[must_use]
+    pub fn new(material: &Material, surface: &Surface) -> Self {
+        let kind = MaterialKind::from_u32(material.kind).unwrap_or(MaterialKind::Light);
+        let (diffuse, through) = if kind == MaterialKind::Opaque {
+            let part = 1.0 - material.transmit_specular;
+            (material.diffuse.into(), Vec3::from(material.transmit) * part)
+        } else {
+            (Vec3::ZERO, Vec3::ZERO)
+        };
+        #[cfg(not(feature = "specular"))]
+        let _ = surface;
+        Self {
+            diffuse,
+            through,
+            #[cfg(feature = "specular")]
+            gloss: Gloss::new(material, kind, surface),
+        }
+    }
+
+    /// Whether light from the surface's own side, and from behind, can matter to light sampling.
+    #[must_use]
+    pub fn answers(&self) -> [bool; 2] {
+        let (front, back) = (self.diffuse, self.through);
+        #[cfg(feature = "specular")]
+        let (front, back) = if self.gloss.alpha > 0.0 {
+            (front + self.gloss.reflect, back + self.gloss.transmit)
+        } else {
+            (front, back)
+        };
+        [front.max_element() > 0.0, back.max_element() > 0.0]
+    }
+
+    /// What becomes of light that comes from the unit direction `incoming`.
+    #[must_use]
+    pub fn evaluate(&self, surface: &Surface, incoming: Vec3) -> Response {
+        let above = surface.normal.dot(incoming);
+        let side = if above > 0.0 { Side::Front } else { Side::Back };
+        // Both horizons count: the real one so that nothing leaks, the shaded one so that the shading is that of the smooth surface.
+        let cos = match side {
+            Side::Front => surface.shading.dot(incoming),
+            Side::Back => -surface.shading.dot(incoming),
+        };
+        if above == 0.0 || cos.is_nan() || cos <= 0.0 {
+            return Response { diffuse: Vec3::ZERO, gloss: Vec3::ZERO, density: 0.0 };
+        }
+        let fade = terminator(surface, above.abs(), cos);
+        let albedo = match side {
+            Side::Front => self.diffuse,
+            Side::Back => self.through,
+        };
+        let diffuse = albedo * (cos * fade * FRAC_1_PI);
+        #[cfg(feature = "specular")]
+        if self.gloss.alpha > 0.0 {
+            let ward = Ward { normal: surface.shading, alpha: self.gloss.alpha };
+            let (albedo, incoming) = match side {
+                Side::Front => (self.gloss.reflect, incoming),
+                Side::Back => (self.gloss.transmit, mirrored(incoming, surface.shading)),
+            };
+            let (value, density) = ward.evaluate(incoming, surface.outgoing);
+            return Response { diffuse, gloss: albedo * value, density };
+        }
+        Response { diffuse, gloss: Vec3::ZERO, density: 0.0 }
+    }
+}
+
+/// Fades light out near the real horizon, where the shaded one lies lower: Chiang, Li, Burley 2019, "Taming the shadow
+/// terminator", eq. 1-2. It is 1 for flat surfaces, and never more.
+fn terminator(surface: &Surface, above: f32, cos: f32) -> f32 {
+    if surface.shading == surface.normal {
+        return 1.0;
+    }
+    let g = (above / (cos * surface.shading.dot(surface.normal))).clamp(0.0, 1.0);
+    ((1.0 - g) * g + 1.0) * g
+}
+
+/// The direction on the other side of the plane.
+#[cfg(feature = "specular")]
+fn mirrored(direction: Vec3, normal: Vec3) -> Vec3 {
+    direction - normal * (2.0 * normal.dot(direction))
+}
+
+#[cfg(feature = "specular")]
+impl Bsdf {
+    /// A direction that the lobe on a side sends light from, for two numbers in [0, 1): with its weight (the BSDF times the
+    /// cosine over the density) and its density [1/sr], infinite for a perfect mirror or a clear view.
+    #[must_use]
+    pub fn sample(
+        &self,
+        surface: &Surface,
+        side: Side,
+        numbers: [f32; 2],
+    ) -> Option<(Vec3, Vec3, f32)> {
+        let gloss = &self.gloss;
+        let albedo = match side {
+            Side::Front => gloss.reflect,
+            Side::Back => gloss.transmit,
+        };
+        let (direction, weight, density) = if gloss.alpha > 0.0 {
+            let ward = Ward { normal: surface.shading, alpha: gloss.alpha };
+            let (direction, weight) = ward.sample(numbers, surface.outgoing)?;
+            let (_, density) = ward.evaluate(direction, surface.outgoing);
+            let direction = match side {
+                Side::Front => direction,
+                Side::Back => mirrored(direction, surface.shading),
+            };
+            (direction, albedo * weight, density)
+        } else {
+            let direction = match side {
+                Side::Front => -mirrored(surface.outgoing, surface.shading),
+                Side::Back => gloss.ahead,
+            };
+            (direction, albedo, f32::INFINITY)
+        };
+        let above = surface.normal.dot(direction);
+        let beyond = match side {
+            Side::Front => above <= 0.0,
+            Side::Back => above >= 0.0,
+        };
+        if !beyond {
+            return Some((direction, weight, density));
+        }
+        if density.is_finite() {
+            // The rough lobe is cut at the real horizon, for light sampling alike.
+            return None;
+        }
+        // A mirror's ray that a bent normal sends into the surface is thrown back by the real one: smoothly, with all its energy.
+        let direction = mirrored(direction, surface.normal);
+        (direction.dot(surface.normal) != 0.0).then_some((direction, weight, density))
+    }
+}

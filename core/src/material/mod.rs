@@ -1,0 +1,20 @@
+//! What surfaces do with light.
+//!
+//! A [`Surface`] is the place that a ray hit; a [`Bsdf`] is what its material does there, seen along that ray. Light
+//! sampling asks [`Bsdf::evaluate`]; specular children come from [`Bsdf::sample`]; shadow rays cross panes by
+//! [`crossing`].
+
+mod bsdf;
+mod depth;
+pub mod fresnel;
+mod pass;
+mod surface;
+mod ward;
+
+#[cfg(feature = "specular")]
+pub use bsdf::Gloss;
+pub use bsdf::{Bsdf, Response, Side};
+pub use depth::OpticalDepth;
+pub use pass::{crossing, passes_shadow_rays};
+pub use surface::Surface;
+pub use ward::{ROUGHNESS_MIN, Ward, tangents};

@@ -1,0 +1,49 @@
+use super::{OpticalDepth, ROUGHNESS_MIN, Surface, fresnel};
+use crate::geometry::{Hit, Ray};
+use crate::scene::{Material, MaterialKind};
+use glam::Vec3;
+
+/// Whether shadow rays pass surfaces of this material, weakened or not: panes of glass, clear trans, and void.
+///
+/// They stop at dielectrics: a refracted shadow ray would miss its light, and what
+/// lies in the shadow of a crystal ball gets no light through it. They stop at rough trans too.
+#[must_use]
+pub fn passes_shadow_rays(material: &Material) -> bool {
+    match MaterialKind::from_u32(material.kind) {
+        Some(MaterialKind::Void) => true,
+        Some(MaterialKind::Glass) => material.transmit != [0.0; 3],
+        Some(MaterialKind::Opaque) => {
+            material.roughness < ROUGHNESS_MIN
+                && material.transmit_specular > 0.0
+                && material.transmit != [0.0; 3]
+        }
+        _ => false,
+    }
+}
+
+/// What a shadow ray loses where it hits; [`OpticalDepth::OPAQUE`] if it stops there.
+///
+/// It is a function of the material, the ray and the primitive's plane: shading normals do not count.
+#[must_use]
+pub fn crossing(material: &Material, ray: &Ray, hit: &Hit) -> OpticalDepth {
+    if !passes_shadow_rays(material) {
+        return OpticalDepth::OPAQUE;
+    }
+    match MaterialKind::from_u32(material.kind) {
+        Some(MaterialKind::Void) => OpticalDepth::CLEAR,
+        Some(MaterialKind::Glass) => {
+            let surface = Surface::new(ray, hit);
+            let cos = surface.normal.dot(surface.outgoing);
+            OpticalDepth::of(fresnel::pane(cos, index(material), material.transmit.into()).1)
+        }
+        Some(MaterialKind::Opaque) => {
+            OpticalDepth::of(Vec3::from(material.transmit) * material.transmit_specular)
+        }
+        _ => OpticalDepth::OPAQUE,
+    }
+}
+
+/// The index of refraction; 1 where it makes no sense.
+pub(super) fn index(material: &Material) -> f32 {
+    if material.ior > 0.0 { material.ior } else { 1.0 }
+}

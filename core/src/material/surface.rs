@@ -1,0 +1,153 @@
+use crate::block::octahedral;
+use crate::geometry::{Hit, Primitive, Ray};
+use glam::Vec3;
+
+/// The place that a ray hit: all that shading needs of the geometry.
+///
+/// It is a function of the ray and the hit alone, so anyone can make it again.
+///
+/// # Shading normals
+///
+/// The geometric normal decides what is in front: light that comes from behind the surface never counts, so nothing leaks.
+/// The shading normal is turned to the side that the ray came from, and bent towards the eye
+/// where it would face away from it, just far enough to be seen; so silhouettes have no black rims.
+/// Where the light is above the shaded horizon and below the real one, [`Bsdf`](super::Bsdf) fades it out smoothly.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Surface {
+    /// On the primitive: what shading uses. Rays begin at [`origin`](Self::origin).
+    pub position: Vec3,
+    /// Where rays begin that leave on the side of `normal`: they cannot hit the primitive again
+    /// ([`SurfacePoint::spawn`](crate::geometry::SurfacePoint::spawn)).
+    pub above: Vec3,
+    /// Where rays begin that go on behind it.
+    pub below: Vec3,
+    /// Unit geometric normal, on the side that the ray came from.
+    pub normal: Vec3,
+    /// Unit shading normal: `shading · normal > 0`; the same as `normal` where the primitive is flat.
+    pub shading: Vec3,
+    /// Unit direction to where the ray came from.
+    pub outgoing: Vec3,
+    /// The length of the ray.
+    pub distance: f32,
+    /// The ray came from the primitive's front.
+    pub front: bool,
+    /// Index into the scene's material table.
+    pub material: u16,
+}
+
+/// The least cosine between the shading normal and the direction to the eye.
+const FACING_MIN: f32 = 1.0 / 64.0;
+
+impl Surface {
+    /// The surface that a ray hit.
+    #[must_use]
+    pub fn new(ray: &Ray, hit: &Hit) -> Self {
+        let len = libm::sqrtf(ray.direction.dot(ray.direction));
+        let outgoing = -ray.direction / len;
+        let point = hit.surface(ray);
+        let front = point.normal.dot(outgoing) >= 0.0;
+        let normal = if front { point.normal } else { -point.normal };
+        Self {
+            position: point.position,
+            above: point.spawn(normal).origin,
+            below: point.spawn(-normal).origin,
+            normal,
+            shading: interpolated(hit).map_or(normal, |n| facing(n, normal, outgoing)),
+            outgoing,
+            distance: hit.t * len,
+            front,
+            material: hit.material,
+        }
+    }
+
+    /// The origin of a ray that leaves to the side of `direction`.
+    #[inline]
+    #[must_use]
+    pub fn origin(&self, direction: Vec3) -> Vec3 {
+        if direction.dot(self.normal) < 0.0 { self.below } else { self.above }
+    }
+}
+
+fn interpolated(hit: &Hit) -> Option<Vec3> {
+    let Primitive::Triangle { normals: Some([n0, n1, n2]), .. } = hit.primitive else {
+        return None;
+    };
+    let [n0, n1, n2] = [octahedral::decode(n0)?, octahedral::decode(n1)?, octahedral::decode(n2)?];
+    let n = n0 * (1.0 - hit.b1 - hit.b2) + n1 * hit.b1 + n2 * hit.b2;
+    let len = libm::sqrtf(n.dot(n));
+    // Normals that cancel say nothing.
+    (len > 0.01).then(|| n / len)
+}
+
+/// Turns a shading normal to the side of the geometric one, and towards the eye where it faces away from it.
+fn facing(shading: Vec3, normal: Vec3, outgoing: Vec3) -> Vec3 {
+    let side = shading.dot(normal);
+    if side == 0.0 {
+        return normal;
+    }
+    let shading = if side < 0.0 { -shading } else { shading };
+    let cos = shading.dot(outgoing);
+    if cos >= FACING_MIN {
+        return shading;
+    }
+    let bent = shading + outgoing * (FACING_MIN - cos);
+    bent / libm::sqrtf(bent.dot(bent))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn hit(vertices: [Vec3; 3], normals: Option<[u32; 3]>, t: f32, b1: f32, b2: f32) -> Hit {
+        Hit { t, b1, b2, material: 0, primitive: Primitive::Triangle { vertices, normals } }
+    }
+
+    fn ray(origin: Vec3, direction: Vec3) -> Ray {
+        Ray { origin, direction, t_min: 0.0, t_max: f32::INFINITY }
+    }
+
+    #[test]
+    fn normals_face_the_ray_and_the_front_is_counter_clockwise() {
+        let vertices = [Vec3::ZERO, Vec3::X, Vec3::Y];
+        let above = Surface::new(
+            &ray(Vec3::new(0.25, 0.25, 2.0), Vec3::NEG_Z * 2.0),
+            &hit(vertices, None, 1.0, 0.25, 0.25),
+        );
+        assert!(above.front);
+        assert_eq!((above.normal, above.shading, above.outgoing), (Vec3::Z, Vec3::Z, Vec3::Z));
+        assert_eq!((above.distance, above.position), (2.0, Vec3::new(0.25, 0.25, 0.0)));
+        let below = Surface::new(
+            &ray(Vec3::new(0.25, 0.25, -2.0), Vec3::Z),
+            &hit(vertices, None, 2.0, 0.25, 0.25),
+        );
+        assert!(!below.front);
+        assert_eq!(below.normal, Vec3::NEG_Z);
+        assert!(below.origin(Vec3::NEG_Z).z < 0.0 && below.origin(Vec3::Z).z > 0.0);
+    }
+
+    #[test]
+    fn slivers_have_their_normal() {
+        let tiny = 1e-22;
+        let vertices = [Vec3::ZERO, Vec3::X * tiny, Vec3::new(0.5 * tiny, tiny * 1e-6, 0.0)];
+        let s = Surface::new(&ray(Vec3::Z, Vec3::NEG_Z), &hit(vertices, None, 1.0, 0.3, 0.3));
+        assert_eq!(s.normal, Vec3::Z);
+    }
+
+    proptest! {
+        #[test]
+        fn shading_normals_are_seen_from_the_eye_and_from_the_front(
+            n in prop::array::uniform3(prop::array::uniform3(-1.0f32..1.0)),
+            d in prop::array::uniform3(-1.0f32..1.0),
+        ) {
+            let direction = Vec3::from(d);
+            prop_assume!(direction.length() > 0.1 && direction.z.abs() > 1e-3);
+            let codes = n.map(|n| octahedral::encode(Vec3::from(n)));
+            let vertices = [Vec3::ZERO, Vec3::X, Vec3::Y];
+            let s = Surface::new(&ray(Vec3::ZERO, direction), &hit(vertices, Some(codes), 0.0, 0.2, 0.3));
+            prop_assert!((s.shading.length() - 1.0).abs() < 1e-5);
+            prop_assert!(s.shading.dot(s.normal) > 0.0);
+            prop_assert!(s.shading.dot(s.outgoing) > 0.0);
+        }
+    }
+}

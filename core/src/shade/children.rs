@@ -1,0 +1,82 @@
+use super::point::SPLITS;
+use super::{Counts, Path, Point, Shader};
+use crate::geometry::Ray;
+use crate::material::Side;
+use crate::random::{Purpose, Sequence};
+
+/// A specular ray that a point sends, and its path.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Child {
+    /// The ray.
+    pub ray: Ray,
+    /// What it carries.
+    pub path: Path,
+}
+
+impl Shader<'_> {
+    /// The specular rays of a point: the reflected one, and the transmitted one.
+    ///
+    /// Up to the second bounce a point sends both; beyond it chooses one, in proportion to what they bring. Where that is little of the pixel it
+    /// is left to chance whether they are sent at all. What is sent stands for what is not, so the mean does not change.
+    #[must_use]
+    pub fn children(&self, point: &Point, counts: &mut Counts) -> [Option<Child>; 2] {
+        let [front, back] = point.chance;
+        if front + back <= 0.0 {
+            let gloss = &point.bsdf.gloss;
+            let any = gloss.reflect.max_element() > 0.0 || gloss.transmit.max_element() > 0.0;
+            counts.specular_too_deep += u64::from(any);
+            return [None; 2];
+        }
+        let key = point.path.key;
+        let [a, b] = Sequence::new(key, Purpose::Children).point(key.sample);
+        let sent = if point.path.depth < SPLITS {
+            [a < front, b < back]
+        } else {
+            [a < front, a >= front && a < front + back]
+        };
+        let mut children = [None; 2];
+        let sides = [Side::Front, Side::Back].into_iter().zip([front, back]).zip(sent);
+        for (slot, ((side, chance), sent)) in children.iter_mut().zip(sides) {
+            if sent {
+                *slot = self.child(point, side, chance);
+            } else if chance > 0.0 {
+                counts.specular_by_chance += 1;
+            }
+        }
+        children
+    }
+
+    fn child(&self, point: &Point, side: Side, chance: f32) -> Option<Child> {
+        let Point { surface, bsdf, path, .. } = point;
+        let (purpose, index) = match side {
+            Side::Front => (Purpose::Reflect, 0),
+            Side::Back => (Purpose::Transmit, 1),
+        };
+        let numbers = Sequence::new(path.key, purpose).point(path.key.sample);
+        let (direction, weight, density) = bsdf.sample(surface, side, numbers)?;
+        let medium = match side {
+            Side::Back if bsdf.gloss.crosses && surface.front => surface.material,
+            Side::Back if bsdf.gloss.crosses => Path::AIR,
+            _ => path.medium,
+        };
+        let throughput = path.throughput * weight / chance;
+        if throughput.max_element().is_nan() || throughput.max_element() <= 0.0 {
+            return None;
+        }
+        Some(Child {
+            ray: Ray {
+                origin: surface.origin(direction),
+                direction,
+                t_min: 0.0,
+                t_max: f32::INFINITY,
+            },
+            path: Path {
+                key: path.key.child(index),
+                throughput,
+                density: density * chance,
+                depth: path.depth.saturating_add(1),
+                medium,
+            },
+        })
+    }
+}

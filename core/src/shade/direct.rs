@@ -1,0 +1,195 @@
+use super::path::{is_seen, share};
+use super::{Counts, Point, Shader};
+use crate::geometry::Ray;
+use crate::light::{Aim, Dark};
+use crate::random::{Purpose, Sequence};
+use crate::scene::Light;
+use glam::Vec3;
+
+/// The light sampling of a point: its bundles of shadow rays, one after the other.
+///
+/// # Which lights
+///
+/// A light that cannot reach the point is skipped. The others are given their
+/// [estimates](Aim::estimate), laid end to end on a line, and a comb with a random offset (the systematic sampling of surveys) is laid over it: a light
+/// longer than the spacing of the teeth is always taken, a shorter one if a tooth falls on it, and then stands for the others. The line has
+/// `16 × importance of the path` teeth: so a point asks at most about that many small lights, however many there are.
+///
+/// It is a small state, to be carried on or made again at will.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Direct {
+    next: u32,
+    answers: [bool; 2],
+    /// The sum of all estimates.
+    total: f32,
+    /// Between teeth.
+    spacing: f32,
+    /// Of the first tooth, in spacings.
+    offset: f32,
+    /// The place on the line.
+    at: f32,
+}
+
+/// The shadow rays from one point to one light.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Bundle {
+    /// Index of the light.
+    pub light: u32,
+    /// How many rays; a power of two.
+    pub len: u32,
+    aim: Aim,
+    sequence: Sequence,
+    /// One over the number of rays and the probability of the bundle.
+    scale: f32,
+    seen: bool,
+}
+
+/// A shadow ray, and the light that it brings to the pixel if nothing is in its way.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ShadowRay {
+    /// From the point to just before the light.
+    pub ray: Ray,
+    /// Times the transmittance of what it crosses.
+    pub light: Vec3,
+}
+
+/// Teeth of the comb for a path of importance 1.
+const TEETH: f32 = 16.0;
+
+impl Shader<'_> {
+    /// Begins the light sampling of a point.
+    #[must_use]
+    pub fn direct(&self, point: &Point) -> Direct {
+        let lights = self.tables.lights;
+        let answers = point.bsdf.answers();
+        let key = point.path.key;
+        let mut direct =
+            Direct { next: 0, answers, total: 0.0, spacing: 0.0, offset: 0.0, at: 0.0 };
+        if answers == [false; 2] {
+            direct.next = u32::MAX;
+        } else if lights.len() > 1 {
+            direct.total = lights
+                .iter()
+                .filter_map(|light| Aim::new(light, &point.surface, answers).ok())
+                .map(|aim| aim.estimate)
+                .sum();
+            direct.spacing = direct.total / (TEETH * point.path.importance()).clamp(1.0, TEETH);
+            [direct.offset, _] = Sequence::new(key, Purpose::Lights).point(key.sample);
+        }
+        direct
+    }
+
+    /// The next bundle of a point's light sampling.
+    #[must_use]
+    pub fn next_bundle(
+        &self,
+        point: &Point,
+        direct: &mut Direct,
+        counts: &mut Counts,
+    ) -> Option<Bundle> {
+        while let Some(light) = self.tables.lights.get(direct.next as usize) {
+            let index = direct.next;
+            direct.next += 1;
+            match Aim::new(light, &point.surface, direct.answers) {
+                Ok(aim) => match direct.probability(aim.estimate) {
+                    Some(probability) => {
+                        return Some(self.bundle(point, direct, index, light, aim, probability));
+                    }
+                    None => counts.lights_by_chance += 1,
+                },
+                Err(Dark::Below) => counts.lights_below += 1,
+                Err(Dark::FacesAway) => counts.lights_facing_away += 1,
+                Err(Dark::OutOfReach) => counts.lights_out_of_reach += 1,
+                Err(Dark::Void) => {}
+            }
+        }
+        None
+    }
+
+    fn bundle(
+        &self,
+        point: &Point,
+        direct: &Direct,
+        index: u32,
+        light: &Light,
+        mut aim: Aim,
+        probability: f32,
+    ) -> Bundle {
+        aim.prepare();
+        let mut count = self.settings.shadow_count(aim.solid_angle);
+        if self.settings.shadow_samples == 0 {
+            let part =
+                if direct.total > 0.0 { (aim.estimate / direct.total).min(1.0) } else { 1.0 };
+            count *= part * point.path.importance().min(1.0);
+        }
+        let len = (libm::ceilf(count * 0.75) as u32).max(1).next_power_of_two();
+        Bundle {
+            light: index,
+            len,
+            aim,
+            sequence: Sequence::new(point.path.key, Purpose::Light(index)),
+            scale: 1.0 / (len as f32 * probability),
+            seen: is_seen(light, |material| self.emits(material)),
+        }
+    }
+
+    /// Shadow ray `j` of a bundle; `None` if its light would not count.
+    #[must_use]
+    pub fn shadow_ray(&self, point: &Point, bundle: &Bundle, j: u32) -> Option<ShadowRay> {
+        let path = &point.path;
+        let surface = &point.surface;
+        let index = path.key.sample.wrapping_mul(bundle.len).wrapping_add(j);
+        let sample = bundle.aim.sample(bundle.sequence.point(index))?;
+        let response = point.bsdf.evaluate(surface, sample.direction);
+        let mut answer = response.diffuse;
+        if response.density > 0.0 {
+            let above = surface.normal.dot(sample.direction) > 0.0;
+            let ray = point.ray_density(above, response.density);
+            let kept =
+                if bundle.seen { 1.0 - share(ray, self.weighed(sample.density)) } else { 1.0 };
+            answer += response.gloss * kept;
+        }
+        let passed = self.absorbed(path.medium, sample.distance);
+        let light = path.throughput * passed * answer * (sample.power * bundle.scale);
+        if light.max_element().is_nan() || light.max_element() <= 0.0 {
+            return None;
+        }
+        let origin = surface.origin(sample.direction);
+        let ray = match sample.end {
+            Some(end) => Ray { origin, direction: end - origin, t_min: 0.0, t_max: 1.0 },
+            None => Ray { origin, direction: sample.direction, t_min: 0.0, t_max: f32::INFINITY },
+        };
+        Some(ShadowRay { ray, light })
+    }
+
+    /// How much light sampling of this density counts against one ray: it takes several samples.
+    pub(super) fn weighed(&self, density: f32) -> f32 {
+        if density > 0.0 && density < f32::INFINITY {
+            self.settings.shadow_count(1.0 / density) * density
+        } else {
+            density
+        }
+    }
+}
+
+impl Bundle {
+    /// The same with another number of rays.
+    #[cfg(test)]
+    pub(super) fn resized(self, len: u32) -> Self {
+        Self { len, scale: self.scale * (self.len as f32 / len as f32), ..self }
+    }
+}
+
+impl Direct {
+    /// Lays the next estimate on the line: the probability with which a tooth falls on it, if one does.
+    fn probability(&mut self, estimate: f32) -> Option<f32> {
+        if estimate >= self.spacing {
+            self.at += estimate;
+            return Some(1.0);
+        }
+        let teeth = |at: f32| libm::floorf(at / self.spacing - self.offset);
+        let before = teeth(self.at);
+        self.at += estimate;
+        (teeth(self.at) > before).then_some(estimate / self.spacing)
+    }
+}

@@ -1,0 +1,70 @@
+use super::Path;
+use crate::material::{Bsdf, Surface};
+
+/// An intersection point: where a path met a surface that answers light. It waits for shadow rays and children.
+///
+/// All of it follows from the path, the ray and the hit.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Point {
+    /// The place.
+    pub surface: Surface,
+    /// What its material does.
+    pub bsdf: Bsdf,
+    /// The path that ends here; its throughput has lost what the medium on the way took.
+    pub path: Path,
+    /// The probability of a reflected and of a transmitted child.
+    #[cfg(feature = "specular")]
+    pub(super) chance: [f32; 2],
+}
+
+/// A child that would bring less than this part of the pixel is sent with a probability in proportion, and stands for
+/// those that are not.
+#[cfg(feature = "specular")]
+const IMPORTANCE_MIN: f32 = 0.05;
+
+/// Up to this depth a point may send both its children; beyond, one at most, so that a path has at most four ends.
+#[cfg(feature = "specular")]
+pub(super) const SPLITS: u8 = 2;
+
+impl Point {
+    pub(super) fn new(surface: Surface, bsdf: Bsdf, path: Path, bounces: u8) -> Self {
+        #[cfg(feature = "specular")]
+        let chance = if path.depth < bounces {
+            let part = |albedo: glam::Vec3| f32::max((path.throughput * albedo).max_element(), 0.0);
+            let (front, back) = (part(bsdf.gloss.reflect), part(bsdf.gloss.transmit));
+            let kept = |part: f32| (part / IMPORTANCE_MIN).min(1.0);
+            if path.depth < SPLITS {
+                [kept(front), kept(back)]
+            } else {
+                let both = front + back;
+                let each = if both > 0.0 { kept(both) / both } else { 0.0 };
+                [front * each, back * each]
+            }
+        } else {
+            [0.0; 2]
+        };
+        #[cfg(not(feature = "specular"))]
+        let _ = bounces;
+        Self {
+            surface,
+            bsdf,
+            path,
+            #[cfg(feature = "specular")]
+            chance,
+        }
+    }
+
+    /// The density, over all its chances, with which this point itself sends a ray in a direction of this lobe density.
+    pub(super) fn ray_density(&self, above: bool, lobe: f32) -> f32 {
+        #[cfg(feature = "specular")]
+        {
+            let [front, back] = self.chance;
+            lobe * if above { front } else { back }
+        }
+        #[cfg(not(feature = "specular"))]
+        {
+            let _ = (above, lobe);
+            0.0
+        }
+    }
+}

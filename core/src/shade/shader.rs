@@ -1,0 +1,154 @@
+use super::path::{is_seen, share};
+use super::{Path, Point, Settings, Sum, Unit};
+use crate::geometry::{Hit, Ray};
+use crate::light::Aim;
+use crate::material::{Bsdf, Surface};
+use crate::scene::{Light, LightKind, Material, MaterialKind, Needs};
+use glam::Vec3;
+
+/// The tables of a scene that shading reads.
+#[derive(Debug, Clone, Copy)]
+pub struct Tables<'a> {
+    /// Materials; hits name them.
+    pub materials: &'a [Material],
+    /// Lights.
+    pub lights: &'a [Light],
+    /// What the scene needs.
+    pub needs: Needs,
+}
+
+/// Shades what rays have hit. Holds nothing of its own: two of the same tables and settings are the same.
+#[derive(Debug, Clone, Copy)]
+pub struct Shader<'a> {
+    pub(super) tables: Tables<'a>,
+    pub(super) settings: Settings,
+    unit: Unit,
+}
+
+impl<'a> Shader<'a> {
+    /// A shader of these tables.
+    #[must_use]
+    pub fn new(tables: Tables<'a>, settings: Settings) -> Self {
+        Self { tables, settings, unit: Unit::new(tables.needs.radiance_max) }
+    }
+
+    /// The unit of its sums.
+    #[must_use]
+    pub const fn unit(&self) -> Unit {
+        self.unit
+    }
+
+    /// The tables.
+    #[must_use]
+    pub const fn tables(&self) -> Tables<'a> {
+        self.tables
+    }
+
+    /// The settings.
+    #[must_use]
+    pub const fn settings(&self) -> Settings {
+        self.settings
+    }
+
+    /// What a ray brings where it ends: the light emitted there, and the point that goes on, if the surface answers light.
+    #[must_use]
+    pub fn arrive(&self, path: &Path, ray: &Ray, hit: Option<&Hit>) -> (Sum, Option<Point>) {
+        let Some(hit) = hit else { return (self.escaped(path, ray), None) };
+        let surface = Surface::new(ray, hit);
+        let Some(material) = self.tables.materials.get(usize::from(hit.material)) else {
+            return (Sum::ZERO, None);
+        };
+        let kind = MaterialKind::from_u32(material.kind);
+        // A path that meets a dielectric from inside has come through it, whether it knows or not.
+        let inside = kind == Some(MaterialKind::Dielectric) && !surface.front;
+        let medium = if inside && path.medium == Path::AIR { hit.material } else { path.medium };
+        let passed = self.absorbed(medium, surface.distance);
+        let path = Path { throughput: path.throughput * passed, medium, ..*path };
+        let sum = if material.emission == [0.0; 3] || !surface.front {
+            Sum::ZERO
+        } else {
+            self.unit.quantise(path.throughput * self.emitted(&path, ray, &surface, material))
+        };
+        if kind == Some(MaterialKind::Light) {
+            return (sum, None);
+        }
+        let bsdf = Bsdf::new(material, &surface);
+        (sum, Some(Point::new(surface, bsdf, path, self.settings.bounces)))
+    }
+
+    /// The part of a surface's own light that this ray brings.
+    fn emitted(&self, path: &Path, ray: &Ray, surface: &Surface, material: &Material) -> Vec3 {
+        let emission = Vec3::from(material.emission);
+        let Some(light) = self.light_at(surface, material) else { return emission };
+        if light.cone_cos > -1.0 && surface.outgoing.dot(light.cone.into()) < light.cone_cos {
+            return Vec3::ZERO;
+        }
+        if path.density == f32::INFINITY || self.beyond_reach(light, ray) {
+            return emission;
+        }
+        let sampled = Aim::density(light, ray.origin, -surface.outgoing, surface.distance);
+        emission * share(path.density, self.weighed(sampled))
+    }
+
+    /// Light from infinitely far.
+    fn escaped(&self, path: &Path, ray: &Ray) -> Sum {
+        let mut sum = Sum::ZERO;
+        if self.tables.needs.bits & Needs::DISTANT == 0 {
+            return sum;
+        }
+        let len = libm::sqrtf(ray.direction.dot(ray.direction));
+        let direction = ray.direction / len;
+        let passed = self.absorbed(path.medium, f32::INFINITY);
+        for light in self.tables.lights {
+            if light.kind == LightKind::Distant as u32 && Aim::is_towards(light, direction) {
+                let sampled = Aim::density(light, ray.origin, direction, f32::INFINITY);
+                let part = share(path.density, self.weighed(sampled));
+                let light = path.throughput * passed * Vec3::from(light.radiance) * part;
+                sum.add(self.unit.quantise(light));
+            }
+        }
+        sum
+    }
+
+    /// The light whose visible surface this is.
+    fn light_at(&self, surface: &Surface, material: &Material) -> Option<&'a Light> {
+        let first = (material.light as usize).checked_sub(1)?;
+        let lights = self.tables.lights.get(first..)?;
+        let index = u32::from(surface.material);
+        let mut here = lights.iter().take_while(|light| light.material == index);
+        let mut best = here.next()?;
+        let mut least = None;
+        for light in here {
+            let distance = Aim::distance_to(light, surface.position);
+            if distance < *least.get_or_insert_with(|| Aim::distance_to(best, surface.position)) {
+                (best, least) = (light, Some(distance));
+            }
+        }
+        Some(best)
+    }
+
+    /// Whether light sampling leaves out this light, for a ray that begins there.
+    fn beyond_reach(&self, light: &Light, ray: &Ray) -> bool {
+        let to = Aim::center(light) - ray.origin;
+        libm::sqrtf(to.dot(to)) > light.reach || !is_seen(light, |material| self.emits(material))
+    }
+
+    /// Whether this material is a light's visible surface.
+    pub(super) fn emits(&self, material: u32) -> bool {
+        self.tables.materials.get(material as usize).is_some_and(|m| m.emission != [0.0; 3])
+    }
+
+    /// What is left of light after a way through a medium (Beer and Lambert).
+    pub(super) fn absorbed(&self, medium: u16, distance: f32) -> Vec3 {
+        if medium == Path::AIR {
+            return Vec3::ONE;
+        }
+        let Some(material) = self.tables.materials.get(usize::from(medium)) else {
+            return Vec3::ONE;
+        };
+        // No absorption is none at any distance, an infinite one too.
+        Vec3::from(
+            material.absorption.map(|a| if a > 0.0 { libm::expf(-a * distance) } else { 1.0 }),
+        )
+    }
+}

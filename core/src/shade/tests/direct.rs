@@ -1,0 +1,140 @@
+//! Direct light of one lamp on a plane, against form factors (Howell's catalogue), in f64.
+
+use super::*;
+use core::f64::consts::PI;
+
+/// From a point on the plane z = 0 at the origin to a horizontal rectangle at height `h`, `[x0, x1] × [y0, y1]`: four corners of
+/// Howell's B-3 (element parallel to a rectangle, its normal through a corner), which holds with signs.
+fn rectangle_above([x0, x1]: [f64; 2], [y0, y1]: [f64; 2], h: f64) -> f64 {
+    let corner = |a: f64, b: f64| {
+        let (a, b) = (a / h, b / h);
+        let (p, q) = ((1.0 + a * a).sqrt(), (1.0 + b * b).sqrt());
+        (a / p * (b / p).atan() + b / q * (a / q).atan()) / (2.0 * PI)
+    };
+    corner(x1, y1) - corner(x0, y1) - corner(x1, y0) + corner(x0, y0)
+}
+
+/// To a horizontal disc of radius `r` at height `h`, its axis at distance `a` (Howell B-13).
+fn disc_above(r: f64, h: f64, a: f64) -> f64 {
+    if a == 0.0 {
+        return r * r / (r * r + h * h);
+    }
+    let (h, r) = (h / a, r / a);
+    let z = 1.0 + h * h + r * r;
+    0.5 * (1.0 - (1.0 + h * h - r * r) / (z * z - 4.0 * r * r).sqrt())
+}
+
+/// To a sphere of radius `r` wholly above the plane, its centre at `c`: sin² of its half angle times cosine.
+fn sphere_above(r: f64, c: [f64; 3]) -> f64 {
+    let d2 = c.iter().map(|x| x * x).sum::<f64>();
+    r * r / d2 * c[2] / d2.sqrt()
+}
+
+/// A white floor under a lamp of radiance 1 reflects exactly the form factor.
+fn error(lamp: Light, exact: f64, n: u32, seeds: u64) -> f64 {
+    let mut square = 0.0;
+    for seed in 0..seeds {
+        let mut scene = Scene {
+            settings: Settings { samples: 1, shadow_samples: 0, bounces: 0, seed },
+            ..Scene::default()
+        };
+        floor(&mut scene, matt(1.0));
+        if lamp.kind == LightKind::Disc as u32 {
+            scene.lights.push(lamp)
+        } else {
+            scene.lamp(lamp)
+        }
+        let shader = scene.shader();
+        let path = Path::camera(PathKey::camera(seed, 7, 0));
+        let ray = down(0.0, 0.0);
+        let hit = Brute(&scene).closest(&ray).unwrap();
+        let (_, point) = shader.arrive(&path, &ray, hit.as_ref());
+        let point = point.unwrap();
+        let mut direct = shader.direct(&point);
+        let bundle =
+            shader.next_bundle(&point, &mut direct, &mut Counts::default()).unwrap().resized(n);
+        let mut sum = Sum::ZERO;
+        for j in 0..n {
+            let Some(shadow) = shader.shadow_ray(&point, &bundle, j) else { continue };
+            let mut depth = [OpticalDepth::CLEAR];
+            Brute(&scene).depths(&[shadow.ray], &mut depth).unwrap();
+            assert_eq!(depth, [OpticalDepth::CLEAR], "the lamp shades itself");
+            sum.add(shader.unit().quantise(shadow.light));
+        }
+        let found = f64::from(shader.unit().resolve(sum, 1).x);
+        square += (found - exact).powi(2);
+    }
+    (square / seeds as f64).sqrt()
+}
+
+/// Error falls at least as N^-0.75 from 4 to 4096, and is below a bound at 1024.
+fn converges(name: &str, lamp: Light, exact: f64, at_1024: f64) {
+    assert!(exact > 0.003, "{name}");
+    let seeds = 24;
+    let errors: Vec<_> = [4, 16, 64, 256, 1024, 4096]
+        .into_iter()
+        .map(|n| (n, error(lamp, exact, n, seeds)))
+        .collect();
+    // What f32 leaves of directions, areas and the light's own corners.
+    let floor = 1e-6;
+    let (_, first) = errors[0];
+    for &(n, error) in &errors {
+        let bound = first * (f64::from(n) / 4.0).powf(-0.75) * 1.3 + floor;
+        assert!(error <= bound, "{name}: {errors:?}");
+    }
+    assert!(errors[4].1 < at_1024, "{name}: {errors:?}");
+}
+
+fn horizontal(kind: LightKind, x: [f32; 2], y: [f32; 2], h: f32) -> Light {
+    // u × v points down.
+    let u = Vec3::Y * (y[1] - y[0]);
+    let v = Vec3::X * (x[1] - x[0]);
+    light(kind, Vec3::new(x[0], y[0], h), u, v, 1.0)
+}
+
+#[test]
+fn rectangles_near_and_far_agree_with_their_form_factors() {
+    for (x, y, h, bound) in [
+        ([-0.1, 0.1], [-0.1, 0.1], 0.95, 1e-4),
+        ([0.3, 0.7], [-0.2, 0.5], 0.5, 1e-4),
+        // Nearly all of the hemisphere: the cosine varies from 0 to 1.
+        ([-0.5, 0.5], [-0.5, 0.5], 0.1, 3e-4),
+        ([0.2, 1.2], [0.1, 0.4], 0.2, 1e-4),
+        ([-1.0, 1.0], [-0.02, 0.02], 0.3, 1e-4),
+    ] {
+        let exact = rectangle_above(x.map(f64::from), y.map(f64::from), f64::from(h));
+        converges("rectangle", horizontal(LightKind::Parallelogram, x, y, h), exact, bound);
+    }
+}
+
+#[test]
+fn triangles_agree_with_halves_of_squares_seen_along_their_diagonal() {
+    for (size, h) in [(0.2_f32, 0.9), (1.0, 0.4)] {
+        // A square over the point, cut through its centre: both halves bring the same.
+        let x = [-size / 2.0, size / 2.0];
+        let exact = rectangle_above(x.map(f64::from), x.map(f64::from), f64::from(h)) / 2.0;
+        converges("triangle", horizontal(LightKind::Triangle, x, x, h), exact, 1e-4);
+    }
+}
+
+#[test]
+fn discs_agree_with_their_form_factors() {
+    for (r, h, a) in [(0.1, 0.8, 0.3), (0.3, 0.5, 0.0), (0.5, 0.25, 0.4)] {
+        let lamp = light(LightKind::Disc, Vec3::new(0.0, a, h), Vec3::Y * r, Vec3::X * r, 1.0);
+        let exact = disc_above(f64::from(r), f64::from(h), f64::from(a));
+        converges("disc", lamp, exact, 1e-4);
+    }
+}
+
+#[test]
+fn spheres_agree_with_their_form_factors() {
+    for (r, c) in [
+        (0.1, [0.2, 0.3, 0.7]),
+        (0.4, [0.0, 0.0, 0.5]),
+        (0.001, [0.0, 0.01, 0.005]),
+        (0.3, [0.8, 0.1, 0.31]),
+    ] {
+        let lamp = light(LightKind::Sphere, Vec3::from(c), Vec3::X * r, Vec3::ZERO, 1.0);
+        converges("sphere", lamp, sphere_above(f64::from(r), c.map(f64::from)), 1e-4);
+    }
+}
