@@ -8,8 +8,8 @@ use super::tree::{Kid, Node};
 
 /// Cost of a visit to a node, in tests of a record.
 const NODE_COST: f32 = 1.5;
-/// Levels that cuts may make; one is left for [`super::layout`] to push a leaf down.
-const LEVELS: usize = DEPTH_MAX - 1;
+/// Levels that cuts may make; the rest is left for leaves that are pushed down.
+const LEVELS: usize = DEPTH_MAX - super::fit::LEVELS;
 
 /// The tree over the items, which it reorders so that each leaf is a range of them. A node has a
 /// lesser index than those below it.

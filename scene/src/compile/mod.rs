@@ -8,6 +8,7 @@
 //! | `tables` | materials, lights and views in scene units; what is not used is left out |
 //! | `surfaces` | rounds vertices to f32, merges equal ones, boxes the primitives |
 //! | `build`, `split` | the tree: octants by planes chosen with the surface-area heuristic |
+//! | `fit` | leaves pushed down where a node would not fit a block |
 //! | `cut` | the tree in treelets that fit a block (Aila & Karras 2010) |
 //! | `pack`, `layout` | treelets into blocks, and every vertex to its place |
 //! | `emit` | the bytes of each block |
@@ -20,6 +21,7 @@ mod build;
 mod compiled;
 mod cut;
 mod emit;
+mod fit;
 mod frame;
 mod layout;
 mod options;

@@ -7,8 +7,8 @@
 use super::cut::Treelets;
 use super::layout::{Layout, Source};
 
-/// Blocks that are kept open.
-const OPEN_MAX: usize = 16;
+/// Blocks that are kept open: 16 fill to .886, 32 to .91, 64 to .925 (a million triangles, 4 KiB).
+const OPEN_MAX: usize = 64;
 /// The block of a node that has none yet.
 const NOWHERE: u32 = u32::MAX;
 

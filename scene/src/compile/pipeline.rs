@@ -8,6 +8,7 @@ use super::build::build;
 use super::compiled::Compiled;
 use super::cut::cut;
 use super::emit::emit;
+use super::fit::fit;
 use super::frame::Placement;
 use super::layout::Source;
 use super::options::{CompileError, Options, Progress, Stage};
@@ -41,8 +42,10 @@ pub fn compile(
     progress.report(Stage::Surfaces, count, count);
     clock.stage(0);
 
-    let nodes = build(&mut surfaces.items, &mut |done| progress.report(Stage::Tree, done, count));
+    let mut nodes =
+        build(&mut surfaces.items, &mut |done| progress.report(Stage::Tree, done, count));
     surfaces.sort_corners();
+    fit(&mut nodes, &surfaces, options.block_bytes);
     progress.report(Stage::Tree, count, count);
     clock.stage(1);
 

@@ -1,6 +1,7 @@
 //! What must hold of every compiled scene, read back from its bytes alone.
 
 mod oracle;
+mod random;
 mod shapes;
 
 use glam::DVec3;

@@ -43,11 +43,15 @@ impl Node {
         })
     }
 
-    pub(crate) fn area(&self) -> f32 {
+    pub(crate) fn all(&self) -> Bounds {
         let mut all = Bounds::EMPTY;
         for bounds in &self.bounds {
             all.grow(&bounds.0);
         }
-        all.area()
+        all
+    }
+
+    pub(crate) fn area(&self) -> f32 {
+        self.all().area()
     }
 }

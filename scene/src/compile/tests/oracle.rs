@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use glam::{DVec3, Vec3};
 use kiloray_core::block::format::{Child, RECORD_SPHERES};
-use kiloray_core::block::{BlockView, KiloView};
+use kiloray_core::block::{BlockView, KiloView, octahedral};
 use kiloray_core::geometry::Aabb;
 
 use crate::compile::Compiled;
@@ -102,8 +102,7 @@ impl Walk<'_> {
             }
             let at = [a, b, c].map(|i| base + usize::from(i));
             let vertices = at.map(|i| content.vertex(i).unwrap());
-            let normals =
-                at.map(|i| content.normal(i).unwrap_or(kiloray_core::block::octahedral::NONE));
+            let normals = at.map(|i| content.normal(i).unwrap_or(octahedral::NONE));
             let own = if spheres {
                 Aabb::of_sphere(vertices[0], vertices[1].x)
             } else {
@@ -142,32 +141,36 @@ fn expected(model: &Model, view: &KiloView<'_>) -> BTreeMap<Found, u64> {
     let center = DVec3::from_array(frame.center);
     let place = |p: DVec3| ((p - center) * scale).as_vec3() + Vec3::ZERO;
     let bits = |v: Vec3| v.to_array().map(f32::to_bits);
-    // Materials that are used, in order.
-    let mut used: Vec<u16> = model.triangles.iter().map(|t| t.material).collect();
-    used.extend(model.spheres.iter().map(|s| s.material));
-    used.extend(model.lights.iter().filter_map(|l| l.material));
-    used.sort_unstable();
-    used.dedup();
-    let material = |m: u16| used.binary_search(&m).unwrap() as u16;
-    let mut expected = BTreeMap::new();
+    // With the model's materials first.
+    let mut found: Vec<Found> = Vec::new();
     for t in &model.triangles {
         let v = t.vertices.map(|i| bits(place(model.vertices[i as usize])));
         if v[0] == v[1] || v[1] == v[2] || v[2] == v[0] {
             continue;
         }
         let normals = t.normals.map(|n| match n {
-            NO_NORMAL => kiloray_core::block::octahedral::NONE,
-            n => kiloray_core::block::octahedral::encode(model.normals[n as usize].as_vec3()),
+            NO_NORMAL => octahedral::NONE,
+            n => octahedral::encode(model.normals[n as usize].as_vec3()),
         });
-        *expected.entry((material(t.material), false, v, normals)).or_default() += 1;
+        found.push((t.material, false, v, normals));
     }
     for s in &model.spheres {
         let radius = (s.radius * scale) as f32;
         let shape = bits(Vec3::new(radius, if s.inward { 1.0 } else { 0.0 }, 0.0));
         let center = bits(place(s.center));
-        *expected
-            .entry((material(s.material), true, [center, shape, center], [0; 3]))
-            .or_default() += 1;
+        if radius > 0.0 {
+            found.push((s.material, true, [center, shape, center], [0; 3]));
+        }
+    }
+    // Materials that are used keep their order.
+    let mut used: Vec<u16> = found.iter().map(|f| f.0).collect();
+    used.extend(model.lights.iter().filter_map(|l| l.material));
+    used.sort_unstable();
+    used.dedup();
+    let mut expected = BTreeMap::new();
+    for (material, spheres, vertices, normals) in found {
+        let material = used.binary_search(&material).unwrap() as u16;
+        *expected.entry((material, spheres, vertices, normals)).or_default() += 1;
     }
     expected
 }

@@ -1,45 +1,42 @@
-//! Compiles a mesh and prints what came out: bytes, fill, depth, times and peak memory.
-//!
-//! `cargo run --release -p kiloray-scene --example compile_stats -- MESH [BLOCK_KIB..]`, with a
-//! `.ktri` or `.obj` file, or a number: a sinc field of about so many triangles.
+//! Meshes from files and formulas.
 
 use std::error::Error;
 
 use glam::DVec3;
-use kiloray_scene::compile::{Options, compile};
-use kiloray_scene::kilo::KiloFile;
 use kiloray_scene::model::{Material, Model, NO_NORMAL, Triangle};
 
-fn main() -> Result<(), Box<dyn Error>> {
-    let mut args = std::env::args().skip(1);
-    let mesh = args.next().ok_or("which mesh?")?;
-    let mut kib: Vec<usize> = args.map(|a| a.parse()).collect::<Result<_, _>>()?;
-    if kib.is_empty() {
-        kib = vec![4, 16];
+/// Where rays come from and go to, input coordinates.
+pub(crate) struct Camera {
+    pub(crate) eye: DVec3,
+    pub(crate) target: DVec3,
+    pub(crate) up: DVec3,
+    /// Vertical angle [degrees].
+    pub(crate) angle: f64,
+    pub(crate) light: DVec3,
+}
+
+/// The mesh with this name: a `.ktri` or `.obj` file, or a number of triangles.
+pub(crate) fn load(mesh: &str) -> Result<(Model, Camera), Box<dyn Error>> {
+    if mesh.ends_with(".ktri") {
+        let bytes = std::fs::read(mesh)?;
+        return Ok(ktri(&bytes).ok_or("not a KTRI file")?);
     }
-    let model = if mesh.ends_with(".ktri") {
-        ktri(&std::fs::read(&mesh)?).ok_or("not a KTRI file")?
-    } else if mesh.ends_with(".obj") {
-        obj(&std::fs::read_to_string(&mesh)?)?
+    let model = if mesh.ends_with(".obj") {
+        obj(&std::fs::read_to_string(mesh)?)?
     } else {
         sinc(mesh.parse()?)
     };
-    for kib in kib {
-        let before = peak_kib();
-        let options = Options { block_bytes: kib << 10 };
-        let compiled = compile(&model, &options, &mut ())?;
-        let stats = compiled.stats.clone();
-        println!("{stats}");
-        let peak = peak_kib() * 1024 / stats.triangles.max(1);
-        println!(
-            "peak of the process {peak} bytes per triangle, {} before",
-            before * 1024 / stats.triangles.max(1)
-        );
-        let start = std::time::Instant::now();
-        KiloFile::from_bytes(compiled.bytes())?;
-        println!("checked in {:.0} ms", start.elapsed().as_secs_f64() * 1e3);
-    }
-    Ok(())
+    let lo = model.vertices.iter().fold(DVec3::INFINITY, |a, b| a.min(*b));
+    let hi = model.vertices.iter().fold(DVec3::NEG_INFINITY, |a, b| a.max(*b));
+    let (middle, size) = ((lo + hi) * 0.5, (hi - lo).length());
+    let camera = Camera {
+        eye: middle + DVec3::new(0.7, 0.5, 0.9).normalize() * size,
+        target: middle,
+        up: DVec3::Y,
+        angle: 40.0,
+        light: middle + DVec3::new(0.3, 0.9, 0.5) * size,
+    };
+    Ok((model, camera))
 }
 
 fn model(vertices: Vec<DVec3>, corners: impl Iterator<Item = [u32; 3]>) -> Model {
@@ -49,7 +46,7 @@ fn model(vertices: Vec<DVec3>, corners: impl Iterator<Item = [u32; 3]>) -> Model
     Model { materials: vec![Material::default()], vertices, triangles, ..Model::default() }
 }
 
-fn ktri(bytes: &[u8]) -> Option<Model> {
+fn ktri(bytes: &[u8]) -> Option<(Model, Camera)> {
     let word = |at: usize| Some(u32::from_le_bytes(*bytes.get(at..)?.first_chunk()?));
     let (vertices, triangles) = (word(4)? as usize, word(8)? as usize);
     let xyz = 12 + 13 * 4;
@@ -63,7 +60,10 @@ fn ktri(bytes: &[u8]) -> Option<Model> {
         .map(|i| ijk + 12 * i)
         .map(|at| Some([word(at)?, word(at + 4)?, word(at + 8)?]))
         .collect::<Option<_>>()?;
-    Some(model(points, corners.into_iter()))
+    let at = |i: usize| Some(DVec3::new(real(12 + 4 * i)?, real(16 + 4 * i)?, real(20 + 4 * i)?));
+    let camera =
+        Camera { eye: at(0)?, target: at(3)?, up: at(6)?, angle: real(12 + 36)?, light: at(10)? };
+    Some((model(points, corners.into_iter()), camera))
 }
 
 fn obj(text: &str) -> Result<Model, Box<dyn Error>> {
@@ -100,11 +100,4 @@ fn sinc(triangles: usize) -> Model {
         [[a, a + n + 1, a + 1], [a + 1, a + n + 1, a + n + 2]]
     });
     model(points.collect(), corners)
-}
-
-/// Peak memory of this process [KiB], where the system tells.
-fn peak_kib() -> u64 {
-    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
-    let line = status.lines().find(|line| line.starts_with("VmHWM:"));
-    line.and_then(|line| line.split_whitespace().nth(1)?.parse().ok()).unwrap_or(0)
 }
