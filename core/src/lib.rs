@@ -8,12 +8,12 @@
 //!
 //! | module | what it holds |
 //! | --- | --- |
+//! | [`scene`] | the tables of a scene: materials, lights, views |
 //! | [`geometry`] | rays, boxes, triangles, spheres, pyramids, and the bounds of their rounding |
 //! | [`block`] | a piece of the octree in bytes, the file that holds them, and their checked reader |
 //! | [`trace`] | closest hit and any hit over blocks: single rays, batches, bundles |
 //! | [`path`] | names of paths |
 //! | [`random`] | low-discrepancy numbers as functions of those names |
-//! | [`scene`] | the tables of a scene: materials, lights, views |
 //! | [`view`] | from pixels to rays |
 //! | [`material`] | what surfaces do with light |
 //! | [`light`] | lights as seen from a point, and samples of them |

@@ -1,6 +1,7 @@
 use super::rounding::UNIT_ROUNDOFF;
 use super::sphere::roots;
 use super::{Aabb, Hit, PreparedRay, Primitive, Ray};
+use crate::scene::{Light, LightKind};
 use glam::{DVec3, Vec3};
 
 /// A point of a surface that a ray hit, from which other rays begin.
@@ -34,6 +35,20 @@ pub struct Target {
 }
 
 impl Target {
+    /// A point on a light's surface, as computed in f32 from the light's table entry by a few operations, with a unit normal of the
+    /// surface there. For points and spots, and with a normal of zero, it is [`free`](Self::free).
+    #[must_use]
+    pub fn on(light: &Light, point: Vec3, normal: Vec3) -> Self {
+        let extent = match LightKind::from_u32(light.kind) {
+            Some(LightKind::Sphere) => 2.0 * light.u[0],
+            Some(LightKind::Parallelogram | LightKind::Triangle) => length(light),
+            Some(LightKind::Disc) => 2.0 * length(light),
+            _ => return Self::free(point),
+        };
+        let position = Vec3::from(light.position).abs().max_element();
+        Self { point, normal, extent, error: TARGET_ERROR * (position + length(light)) }
+    }
+
     /// A point where no surface is: a ray to it ends there.
     #[must_use]
     pub const fn free(point: Vec3) -> Self {
@@ -43,6 +58,11 @@ impl Target {
 
 /// Clearance in parts of `R`, above [`PreparedRay::TRIANGLE_ERROR`]: see [`SurfacePoint::spawn`].
 const CLEARANCE: f64 = 72.0 * UNIT_ROUNDOFF as f64;
+/// The same for the end of a shadow ray. It leaves room for a pyramid to show that the light's own surface lies beyond all ends.
+pub(super) const TARGET_CLEARANCE: f64 = 160.0 * UNIT_ROUNDOFF as f64;
+/// The distance between a light in the table and its surface in the blocks, and of a computed point on it from either, in parts of the
+/// coordinates: three roundings of each corner, five of a sample.
+pub(super) const TARGET_ERROR: f32 = 16.0 * UNIT_ROUNDOFF;
 /// The distance between neighbouring f32, in parts of the number: at most.
 const ULP: f64 = 2.0 * UNIT_ROUNDOFF as f64;
 
@@ -87,8 +107,8 @@ impl SurfacePoint {
     /// the surface of the target, if `target.error` and `target.extent` are right and each of the two points lies off the other's
     /// plane by more than the clearance. (If not, they see each other edge-on, at a cosine of some 10⁻⁵, and may be taken for hidden.)
     ///
-    /// It ends before the target's surface by its error and by a clearance as in [`spawn`](Self::spawn), with the distance to
-    /// the target's farthest point as `R`.
+    /// It ends before the target's surface by its error and by a clearance as in [`spawn`](Self::spawn), of 160 u and with the
+    /// distance to the target's farthest point as `R`.
     #[must_use]
     pub fn spawn_to(&self, target: &Target) -> Ray {
         let end = target.point.as_dvec3();
@@ -97,7 +117,7 @@ impl SurfacePoint {
         let normal = target.normal.as_dvec3();
         let distance = back.abs().max_element();
         let reach = distance + f64::from(target.extent) + ULP * end.abs().max_element();
-        let clearance = f64::from(target.error) + CLEARANCE * reach;
+        let clearance = f64::from(target.error) + TARGET_CLEARANCE * reach;
         let off = if back.dot(normal) < 0.0 { -clearance } else { clearance };
         let direction = (normal * off - back).as_vec3();
         Ray { origin, direction, t_min: 0.0, t_max: 1.0 }
@@ -118,6 +138,12 @@ impl SurfacePoint {
             round_towards(p.z, away.z),
         )
     }
+}
+
+/// The greatest difference along an axis between two corners of a parallelogram or a triangle, at most.
+fn length(light: &Light) -> f32 {
+    let [u, v] = [light.u, light.v].map(|v| Vec3::from(v).abs().max_element());
+    u + v
 }
 
 /// The nearest f32 that is not on the wrong side of `x`: not below it if `sign` is above zero, not above if below.
