@@ -52,7 +52,8 @@ impl Topology {
     pub fn parse(text: &str, nodes: u32) -> Result<Self, TopologyError> {
         let count = u16::try_from(nodes).ok().filter(|&n| n > 0 && nodes <= NODES_MAX);
         let count = count.ok_or(TopologyError::Count)?;
-        let (name, sizes) = match text.split_once(':') {
+        // An array of one: the standard library's search for a lone char holds a panic.
+        let (name, sizes) = match text.split_once([':']) {
             Some((name, sizes)) => (name, Some(sizes)),
             None => (text, None),
         };
@@ -102,7 +103,7 @@ fn parse_grid(text: &str, nodes: u32, wrap: bool) -> Result<Topology, TopologyEr
     let mut sizes = [1; DIMENSIONS_MAX];
     let mut dimensions = 0;
     let mut product = 1_u32;
-    for part in text.split('x') {
+    for part in text.split(['x']) {
         let slot = sizes.get_mut(dimensions).ok_or(TopologyError::BadSizes)?;
         *slot = size(part)?;
         product = product.saturating_mul(u32::from(*slot));
