@@ -20,6 +20,7 @@
 //! | [`shade`] | the rendering equation: what a ray brings, and which rays follow it |
 //! | [`store`] | a node's memory: arena, budget, block cache, pools and queues |
 //! | [`network`] | topologies and their routes, credits of links |
+//! | [`render`] | a picture on one node: tiles of pixels, rendered inside one arena |
 #![no_std]
 #![forbid(unsafe_code)]
 #![cfg_attr(
@@ -37,6 +38,7 @@ pub mod material;
 pub mod network;
 pub mod path;
 pub mod random;
+pub mod render;
 pub mod scene;
 pub mod shade;
 pub mod store;

@@ -32,7 +32,7 @@ pub use children::Child;
 pub use counts::Counts;
 pub use direct::{Bundle, Direct, ShadowRay};
 pub use path::Path;
-pub use point::Point;
+pub use point::{Point, SPLITS};
 pub use settings::Settings;
 pub use shader::{Shader, Tables};
 pub use sum::{Sum, Unit};

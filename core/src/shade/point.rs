@@ -23,8 +23,7 @@ pub struct Point {
 const IMPORTANCE_MIN: f32 = 0.05;
 
 /// Up to this depth a point may send both its children; beyond, one at most, so that a path has at most four ends.
-#[cfg(feature = "specular")]
-pub(super) const SPLITS: u8 = 2;
+pub const SPLITS: u8 = 2;
 
 impl Point {
     pub(super) fn new(surface: Surface, bsdf: Bsdf, path: Path, bounces: u8) -> Self {

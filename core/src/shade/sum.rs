@@ -13,7 +13,8 @@ pub struct Unit {
 }
 
 /// Light, as a number of steps per channel.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(transparent)]
 pub struct Sum(pub [i64; 3]);
 
 impl Unit {

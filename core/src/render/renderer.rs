@@ -1,0 +1,280 @@
+use super::packed::{PathRay, Shadow};
+use super::stack::Stack;
+use super::tile::{Places, Tile};
+use super::{Plan, Sight};
+use crate::block::BlockSource;
+use crate::geometry::Hit;
+use crate::path::PathKey;
+use crate::scene::Needs;
+use crate::shade::{Counts, Path, Point, SPLITS, Shader, Sum};
+use crate::store::{Arena, ArenaFull, Budget, Line};
+use crate::trace::{TraceError, Tracer};
+use crate::view::Camera;
+use core::fmt;
+use core::sync::atomic::{AtomicBool, Ordering};
+
+/// What is rendered.
+#[derive(Debug, Clone, Copy)]
+pub struct Job<'a> {
+    /// How surfaces answer light, and how many samples are taken.
+    pub shader: Shader<'a>,
+    /// From pixels to rays.
+    pub camera: Camera,
+    /// Width of the picture [pixels].
+    pub width: u32,
+    /// Set from outside, it ends the work within a batch.
+    pub cancel: Option<&'a AtomicBool>,
+}
+
+/// Renders tile after tile in the memory it was given.
+#[derive(Debug)]
+pub struct Renderer<'a> {
+    /// Rays that are traced together.
+    batch: Stack<'a, PathRay>,
+    /// Specular rays that wait, the deepest on top.
+    waiting: Stack<'a, PathRay>,
+    /// Shadow rays that wait.
+    shadows: Stack<'a, Shadow>,
+    sums: &'a mut [Sum],
+    sums_peak: usize,
+}
+
+/// Why a tile could not be rendered.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum RenderError<E> {
+    /// A block could not be had, or is not sound.
+    Trace(TraceError<E>),
+    /// The memory was planned for another job: the tile has more pixels, or paths split more often.
+    Plan,
+    /// It was told to stop.
+    Cancelled,
+}
+
+/// What a tile is rendered from.
+struct Work<'w, 'a, T, S> {
+    job: &'w Job<'a>,
+    sight: &'w mut Sight<T, S>,
+    counts: &'w mut Counts,
+    places: Places,
+    /// The camera ray that comes next.
+    next: Option<super::tile::Place>,
+}
+
+impl<'a> Renderer<'a> {
+    /// A renderer in its part of the arena.
+    ///
+    /// # Errors
+    /// [`ArenaFull`] if the arena is smaller than the plan.
+    pub fn new(arena: &mut Arena<'a>, plan: &Plan) -> Result<Self, ArenaFull> {
+        Ok(Self {
+            batch: Stack::new(arena.carve(plan.batch)?),
+            waiting: Stack::new(arena.carve(plan.waiting)?),
+            shadows: Stack::new(arena.carve(plan.shadows)?),
+            sums: arena.carve(plan.pixels())?,
+            sums_peak: 0,
+        })
+    }
+
+    /// Renders a tile: the sums of its pixels, row by row.
+    ///
+    /// # Errors
+    /// [`RenderError`]; the next tile may be tried all the same.
+    pub fn tile<T: Tracer, S: BlockSource>(
+        &mut self,
+        job: &Job<'_>,
+        tile: Tile,
+        sight: &mut Sight<T, S>,
+        counts: &mut Counts,
+    ) -> Result<&[Sum], RenderError<S::Error>> {
+        let pixels = (tile.width as usize).saturating_mul(tile.height as usize);
+        self.sums.get_mut(..pixels).ok_or(RenderError::Plan)?.fill(Sum::ZERO);
+        self.sums_peak = self.sums_peak.max(pixels);
+        self.waiting.clear();
+        self.shadows.clear();
+        let mut places = Places::new(tile, job.shader.settings().samples);
+        let next = places.next();
+        let mut work = Work { job, sight, counts, places, next };
+        while self.fill_batch(&mut work) {
+            if job.cancel.is_some_and(|cancel| cancel.load(Ordering::Relaxed)) {
+                return Err(RenderError::Cancelled);
+            }
+            for at in 0..self.batch.len() {
+                let Some(&ray) = self.batch.items().get(at) else { break };
+                let hit = work.sight.closest(&ray.ray()).map_err(RenderError::Trace)?;
+                self.shade(&mut work, &ray, hit.as_ref())?;
+            }
+        }
+        if work.next.is_some() || self.waiting.len() > 0 {
+            return Err(RenderError::Plan);
+        }
+        self.light(&mut work)?;
+        self.sums.get(..pixels).ok_or(RenderError::Plan)
+    }
+
+    /// Enters the most that its lines ever held.
+    pub fn note_peaks(&self, budget: &mut Budget) {
+        budget.note_peak(Line::Rays, self.batch.peak());
+        budget.note_peak(Line::Points, self.waiting.peak());
+        budget.note_peak(Line::Bundles, self.shadows.peak());
+        budget.note_peak(Line::Tile, self.sums_peak);
+    }
+
+    /// The rays to trace next; `false` at the end of the tile.
+    ///
+    /// What waits goes first when it fills a batch, or when a batch of camera rays might not find room for its children.
+    fn fill_batch<T, S>(&mut self, work: &mut Work<'_, '_, T, S>) -> bool {
+        self.batch.clear();
+        let camera = if work.next.is_some() { self.room_for_camera_rays(work.job) } else { 0 };
+        let waits = self.waiting.len() > 0;
+        if waits && (camera < self.batch.capacity() || self.waiting.len() >= self.batch.capacity())
+        {
+            self.take_waiting(work.job);
+        }
+        if self.batch.len() == 0 {
+            self.take_camera_rays(work, camera);
+        }
+        self.batch.len() > 0
+    }
+
+    /// How many camera rays can be traced without risk.
+    fn room_for_camera_rays(&self, job: &Job<'_>) -> usize {
+        let children = children_of(0, job);
+        let free = self.waiting.capacity().saturating_sub(self.waiting.len());
+        let room = free.saturating_sub(reserve(0, job)).checked_div(children);
+        room.unwrap_or(usize::MAX).min(self.batch.capacity())
+    }
+
+    fn take_camera_rays<T, S>(&mut self, work: &mut Work<'_, '_, T, S>, count: usize) {
+        let Job { camera, shader, width, .. } = work.job;
+        for _ in 0..count {
+            let Some(place) = work.next else { break };
+            let pixel = place.y.wrapping_mul(*width).wrapping_add(place.x);
+            let key = PathKey::camera(shader.settings().seed, pixel, place.sample);
+            let ray = camera.ray(place.x, place.y, key);
+            if !self.batch.push(PathRay::new(&ray, &Path::camera(key), place.pixel)) {
+                break;
+            }
+            work.counts.primary = work.counts.primary.saturating_add(1);
+            work.next = work.places.next();
+        }
+    }
+
+    /// Takes rays off the stack as long as the children of all of them fit.
+    fn take_waiting(&mut self, job: &Job<'_>) {
+        let mut after = self.waiting.len();
+        let mut least = u32::MAX;
+        while let Some(top) = self.waiting.items().last() {
+            after = after.saturating_sub(1).saturating_add(children_of(top.depth(), job));
+            least = least.min(top.depth());
+            let fits = after.saturating_add(reserve(least, job)) <= self.waiting.capacity();
+            if !fits || self.batch.is_full() {
+                break;
+            }
+            if let Some(ray) = self.waiting.pop() {
+                self.batch.push(ray);
+            }
+        }
+    }
+
+    /// Adds what a ray brings, and queues what it causes.
+    fn shade<T: Tracer, S: BlockSource>(
+        &mut self,
+        work: &mut Work<'_, '_, T, S>,
+        ray: &PathRay,
+        hit: Option<&Hit>,
+    ) -> Result<(), RenderError<S::Error>> {
+        let (light, point) = work.job.shader.arrive(&ray.path(), &ray.ray(), hit);
+        if let Some(sum) = self.sums.get_mut(usize::from(ray.pixel())) {
+            sum.add(light);
+        }
+        let Some(point) = point else { return Ok(()) };
+        #[cfg(feature = "specular")]
+        for child in work.job.shader.children(&point, work.counts).into_iter().flatten() {
+            work.counts.specular = work.counts.specular.saturating_add(1);
+            if !self.waiting.push(PathRay::new(&child.ray, &child.path, ray.pixel())) {
+                return Err(RenderError::Plan);
+            }
+        }
+        self.ask_lights(work, &point, ray.pixel())
+    }
+
+    /// Queues the shadow rays of a point.
+    fn ask_lights<T: Tracer, S: BlockSource>(
+        &mut self,
+        work: &mut Work<'_, '_, T, S>,
+        point: &Point,
+        pixel: u16,
+    ) -> Result<(), RenderError<S::Error>> {
+        let shader = work.job.shader;
+        let mut direct = shader.direct(point);
+        while let Some(bundle) = shader.next_bundle(point, &mut direct, work.counts) {
+            for j in 0..bundle.len {
+                let Some(shadow) = shader.shadow_ray(point, &bundle, j) else {
+                    work.counts.shadow_dark = work.counts.shadow_dark.saturating_add(1);
+                    continue;
+                };
+                if self.shadows.is_full() {
+                    self.light(work)?;
+                }
+                self.shadows.push(Shadow::new(&shadow, bundle.light, pixel));
+            }
+        }
+        Ok(())
+    }
+
+    /// Traces the shadow rays that wait, light by light, and adds what is not hidden.
+    fn light<T: Tracer, S: BlockSource>(
+        &mut self,
+        work: &mut Work<'_, '_, T, S>,
+    ) -> Result<(), RenderError<S::Error>> {
+        let tables = work.job.shader.tables();
+        let unit = work.job.shader.unit();
+        let transparent = tables.needs.bits & Needs::TRANSPARENT != 0;
+        let materials = transparent.then_some(tables.materials);
+        if tables.lights.len() > 1 {
+            self.shadows.items_mut().sort_unstable_by_key(|shadow| shadow.source);
+        }
+        work.counts.shadow = work.counts.shadow.saturating_add(self.shadows.len() as u64);
+        for shadow in self.shadows.items() {
+            let depth = work.sight.depth(&shadow.ray(), materials).map_err(RenderError::Trace)?;
+            if !depth.is_opaque()
+                && let Some(sum) = self.sums.get_mut(shadow.pixel as usize)
+            {
+                sum.add(unit.quantise(shadow.light() * depth.transmittance()));
+            }
+        }
+        self.shadows.clear();
+        Ok(())
+    }
+}
+
+/// Most children of a point that a ray of this depth finds.
+fn children_of(depth: u32, job: &Job<'_>) -> usize {
+    let specular = job.shader.tables().needs.bits & Needs::SPECULAR != 0;
+    if !cfg!(feature = "specular") || !specular || depth >= u32::from(job.shader.settings().bounces)
+    {
+        0
+    } else if depth < u32::from(SPLITS) {
+        2
+    } else {
+        1
+    }
+}
+
+/// Places of the stack that stay free when rays of this depth have been traced: one for each deeper bounce that may split.
+fn reserve(depth: u32, job: &Job<'_>) -> usize {
+    let splits = SPLITS.min(job.shader.settings().bounces);
+    u32::from(splits).saturating_sub(depth.saturating_add(1)) as usize
+}
+
+impl<E: fmt::Display> fmt::Display for RenderError<E> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Trace(error) => error.fmt(f),
+            Self::Cancelled => f.write_str("cancelled"),
+            Self::Plan => f.write_str("the memory was planned for another job"),
+        }
+    }
+}
+
+impl<E: fmt::Debug + fmt::Display> core::error::Error for RenderError<E> {}

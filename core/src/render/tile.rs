@@ -1,0 +1,183 @@
+/// A picture in square tiles.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Tiling {
+    width: u32,
+    height: u32,
+    side: u32,
+    columns: u32,
+    rows: u32,
+}
+
+/// A rectangle of pixels.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Tile {
+    /// Left column.
+    pub x: u32,
+    /// Upper row.
+    pub y: u32,
+    /// Columns, at least 1.
+    pub width: u32,
+    /// Rows, at least 1.
+    pub height: u32,
+}
+
+impl Tiling {
+    /// A picture of `width × height` pixels in tiles of `side × side`, those at the right and lower edge smaller.
+    #[must_use]
+    pub const fn new(width: u32, height: u32, side: u32) -> Self {
+        let side = if side == 0 { 1 } else { side };
+        Self { width, height, side, columns: width.div_ceil(side), rows: height.div_ceil(side) }
+    }
+
+    /// Number of tiles.
+    #[must_use]
+    pub const fn len(&self) -> u32 {
+        self.columns.saturating_mul(self.rows)
+    }
+
+    /// Whether the picture has no pixel.
+    #[must_use]
+    pub const fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Tile `index`: row by row, every second row from right to left, so that a tile lies beside the one before
+    /// it and finds its blocks in the cache.
+    #[must_use]
+    pub fn tile(&self, index: u32) -> Option<Tile> {
+        if index >= self.len() {
+            return None;
+        }
+        let row = index / self.columns;
+        let column = index % self.columns;
+        let column = if row.is_multiple_of(2) {
+            column
+        } else {
+            self.columns.wrapping_sub(1).wrapping_sub(column)
+        };
+        let (x, y) = (column.wrapping_mul(self.side), row.wrapping_mul(self.side));
+        let width = self.width.saturating_sub(x).min(self.side);
+        let height = self.height.saturating_sub(y).min(self.side);
+        Some(Tile { x, y, width, height })
+    }
+}
+
+/// A camera ray of a tile.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Place {
+    /// Column in the picture.
+    pub(super) x: u32,
+    /// Row in the picture.
+    pub(super) y: u32,
+    /// Index of the pixel in the tile, row by row.
+    pub(super) pixel: u16,
+    /// The camera sample.
+    pub(super) sample: u32,
+}
+
+/// The camera rays of a tile: squares of 4 × 4 pixels, in each sample by sample. So 64 in a row are 16 neighbouring
+/// pixels, and their rays stay close together from the eye to the lights.
+#[derive(Debug, Clone)]
+pub(super) struct Places {
+    tile: Tile,
+    samples: u32,
+    /// Square, sample and pixel of the square that come next.
+    square: u32,
+    sample: u32,
+    at: u32,
+}
+
+/// Pixels along a square.
+const SQUARE: u32 = 4;
+
+impl Places {
+    pub(super) const fn new(tile: Tile, samples: u32) -> Self {
+        Self { tile, samples, square: 0, sample: 0, at: 0 }
+    }
+}
+
+impl Iterator for Places {
+    type Item = Place;
+
+    fn next(&mut self) -> Option<Place> {
+        let columns = self.tile.width.div_ceil(SQUARE);
+        let squares = columns.saturating_mul(self.tile.height.div_ceil(SQUARE));
+        while self.square < squares && self.samples > 0 {
+            // Two rows of two in each quarter: a Morton curve.
+            let (x, y) = (self.at & 1 | self.at >> 1 & 2, self.at >> 1 & 1 | self.at >> 2 & 2);
+            let x = (self.square % columns).wrapping_mul(SQUARE).wrapping_add(x);
+            let y = (self.square / columns).wrapping_mul(SQUARE).wrapping_add(y);
+            let sample = self.sample;
+            self.at = self.at.wrapping_add(1) % (SQUARE * SQUARE);
+            if self.at == 0 {
+                self.sample = self.sample.wrapping_add(1);
+                if self.sample == self.samples {
+                    self.sample = 0;
+                    self.square = self.square.wrapping_add(1);
+                }
+            }
+            if x < self.tile.width && y < self.tile.height {
+                let pixel = y.wrapping_mul(self.tile.width).wrapping_add(x) as u16;
+                let (x, y) = (self.tile.x.wrapping_add(x), self.tile.y.wrapping_add(y));
+                return Some(Place { x, y, pixel, sample });
+            }
+        }
+        None
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::collections::BTreeSet;
+    use std::vec::Vec;
+
+    #[test]
+    fn tiles_cover_every_pixel_once() {
+        for (width, height, side) in [(1, 1, 8), (17, 9, 4), (64, 64, 32), (5, 40, 1), (0, 7, 8)] {
+            let tiling = Tiling::new(width, height, side);
+            let mut seen = BTreeSet::new();
+            for tile in (0..tiling.len()).map(|i| tiling.tile(i).unwrap()) {
+                for y in 0..tile.height {
+                    for x in 0..tile.width {
+                        assert!(seen.insert((tile.x + x, tile.y + y)));
+                    }
+                }
+            }
+            assert_eq!(seen.len() as u32, width * height);
+            assert!(seen.iter().all(|&(x, y)| x < width && y < height));
+            assert_eq!(tiling.tile(tiling.len()), None);
+        }
+    }
+
+    #[test]
+    fn neighbours_in_order_are_neighbours_in_the_picture() {
+        let tiling = Tiling::new(50, 30, 8);
+        let tiles: Vec<_> = (0..tiling.len()).map(|i| tiling.tile(i).unwrap()).collect();
+        for pair in tiles.windows(2) {
+            assert_eq!(pair[0].x.abs_diff(pair[1].x) + pair[0].y.abs_diff(pair[1].y), 8);
+        }
+    }
+
+    #[test]
+    fn places_are_all_samples_of_all_pixels_in_small_squares() {
+        for (width, height, samples) in [(8, 8, 4), (3, 5, 1), (1, 1, 7), (10, 4, 2)] {
+            let tile = Tile { x: 100, y: 200, width, height };
+            let places: Vec<_> = Places::new(tile, samples).collect();
+            let all: BTreeSet<_> = places.iter().map(|p| (p.x, p.y, p.sample)).collect();
+            assert_eq!(all.len() as u32, width * height * samples);
+            assert_eq!(places.len(), all.len());
+            for p in places {
+                let (x, y) = (p.x - 100, p.y - 200);
+                assert!(x < width && y < height && p.sample < samples);
+                assert_eq!(u32::from(p.pixel), y * width + x);
+            }
+        }
+        let tile = Tile { x: 0, y: 0, width: 8, height: 8 };
+        for bundle in Places::new(tile, 4).collect::<Vec<_>>().chunks(64) {
+            assert!(
+                bundle.iter().all(|p| p.x / 4 == bundle[0].x / 4 && p.y / 4 == bundle[0].y / 4)
+            );
+        }
+    }
+}

@@ -1,0 +1,23 @@
+//! Pictures on this machine.
+//!
+//! [`render`] runs the renderer of [`kiloray_core::render`] on all cores over a file in memory, or, with
+//! [`Options::memory`], as a single node in an arena of that size, which fetches blocks from the file. The
+//! pixels are the same, to the bit.
+//!
+//! It is a crate of its own since it is all that knows threads: the command, the tests and the benchmarks use it,
+//! `kiloray-core` must not and `kiloray-simd` need not know it.
+
+mod error;
+mod job;
+mod mapped;
+mod node;
+mod options;
+mod picture;
+
+#[cfg(test)]
+mod tests;
+
+pub use error::Error;
+pub use job::{Control, Rendered, Report, plan, render};
+pub use options::{Lanes, Options};
+pub use picture::Picture;

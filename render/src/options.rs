@@ -1,0 +1,50 @@
+use kiloray_core::scene::View;
+use kiloray_core::shade::Settings;
+
+/// What a person chooses for a picture.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Options {
+    /// Columns.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+    /// The camera.
+    pub view: View,
+    /// Samples, bounces and seed.
+    pub settings: Settings,
+    /// Bytes for everything that a node holds; `None` for the file as it is and all cores.
+    pub memory: Option<usize>,
+    /// Threads; 0 for as many as there are cores. A node with a given memory is one thread.
+    pub threads: usize,
+    /// How boxes and triangles are tested.
+    pub lanes: Lanes,
+    /// Most rays in a batch; 0 for the default. Decides about speed only.
+    pub batch: usize,
+}
+
+/// How boxes and triangles are tested. The hits are the same.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Lanes {
+    /// As many at once as the machine can.
+    #[default]
+    Auto,
+    /// One by one, as a small processor does.
+    Scalar,
+}
+
+impl Options {
+    /// A picture of a view, with all else as it is by default.
+    #[must_use]
+    pub fn new(width: u32, height: u32, view: View) -> Self {
+        Self {
+            width,
+            height,
+            view,
+            settings: Settings::default(),
+            memory: None,
+            threads: 0,
+            lanes: Lanes::Auto,
+            batch: 0,
+        }
+    }
+}
