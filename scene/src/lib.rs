@@ -4,6 +4,7 @@
 
 pub mod builtin;
 pub mod compile;
+pub mod import;
 pub mod kilo;
 pub mod model;
 mod needs;

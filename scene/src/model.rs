@@ -122,6 +122,12 @@ pub enum Emitter {
         /// Axis (unit) and half angle \[rad\] of a spotlight.
         cone: Option<(DVec3, f64)>,
     },
+    /// They are sampled with a radiance that nobody sees: what is seen is the material itself
+    /// (Radiance's `illum` with an alternate material).
+    Illum {
+        /// [W / (m² sr)].
+        radiance: DVec3,
+    },
 }
 
 /// A light to sample, input coordinates. See `kiloray_core::scene::LightKind` for the shapes.

@@ -1,7 +1,7 @@
 //! Entries of the light table for surfaces that emit.
 
 use glam::DVec3;
-use kiloray_core::scene::LightKind;
+use kiloray_core::scene::{LightKind, MaterialKind};
 
 use super::{Emitter, Light, Model};
 
@@ -24,19 +24,29 @@ impl Model {
         v: DVec3,
     ) {
         let Some(m) = self.materials.get(usize::from(material)) else { return };
-        let Emitter::Sampled { reach, cone } = m.emitter else { return };
-        if m.emission == DVec3::ZERO {
+        let (radiance, reach, cone) = match m.emitter {
+            Emitter::None => return,
+            Emitter::Sampled { reach, cone } => (m.emission, reach, cone),
+            Emitter::Illum { radiance } => (radiance, f64::INFINITY, None),
+        };
+        if radiance == DVec3::ZERO {
             return;
         }
-        let radiance = m.emission;
-        let material = Some(material);
+        let material = (m.kind != MaterialKind::Void).then_some(material);
         self.lights.push(Light { kind, material, reach, position, u, v, radiance, cone });
     }
 
     /// Whether surfaces of the material light others.
     pub(super) fn is_sampled(&self, material: u16) -> bool {
-        self.materials.get(usize::from(material)).is_some_and(|m| {
-            m.emission != DVec3::ZERO && matches!(m.emitter, Emitter::Sampled { .. })
+        self.materials.get(usize::from(material)).is_some_and(|m| match m.emitter {
+            Emitter::None => false,
+            Emitter::Sampled { .. } => m.emission != DVec3::ZERO,
+            Emitter::Illum { radiance } => radiance != DVec3::ZERO,
         })
+    }
+
+    /// Whether surfaces of the material are nothing to hit.
+    pub(super) fn is_void(&self, material: u16) -> bool {
+        self.materials.get(usize::from(material)).is_some_and(|m| m.kind == MaterialKind::Void)
     }
 }

@@ -25,7 +25,9 @@ impl Model {
             self.note("a sphere without radius, or with a value that is no number: dropped");
             return Ok(());
         }
-        push(&mut self.spheres, Sphere { center, radius, material, inward }, "spheres")?;
+        if !self.is_void(material) {
+            push(&mut self.spheres, Sphere { center, radius, material, inward }, "spheres")?;
+        }
         if !inward {
             self.light(material, LightKind::Sphere, center, DVec3::X * radius, DVec3::ZERO);
         } else if self.is_sampled(material) {
@@ -58,21 +60,26 @@ impl Model {
             return Ok(());
         }
         let Some(m) = self.materials.get(usize::from(material)) else { return Ok(()) };
-        if m.emission == DVec3::ZERO {
+        let radiance = match m.emitter {
+            Emitter::Illum { radiance } => radiance,
+            _ => m.emission,
+        };
+        if radiance == DVec3::ZERO {
             return Ok(());
         }
         let (reach, cone) = match m.emitter {
             Emitter::None => (0.0, None),
             Emitter::Sampled { reach, cone } => (reach, cone),
+            Emitter::Illum { .. } => (f64::INFINITY, None),
         };
         self.lights.push(Light {
             kind: LightKind::Distant,
-            material: Some(material),
+            material: None,
             reach,
             position: DVec3::ZERO,
             u,
             v: DVec3::X * libm::cos(angle.to_radians() / 2.0),
-            radiance: m.emission,
+            radiance,
             cone,
         });
         Ok(())

@@ -1,0 +1,87 @@
+//! Readers of scene files: Radiance (`.rad`, `.vf`) and Wavefront (`.obj`, `.mtl`).
+//!
+//! [`load`] makes one scene of several files. Whatever is wrong with a file is an [`ImportError`] of
+//! one line, `file:line: cause`; what is ignored or repaired is counted in
+//! [`Model::notes`](crate::model::Model::notes).
+//!
+//! # Defaults
+//!
+//! A scene without a view gets one that frames its bounds, seen from the front and a little from
+//! above; a scene without a light gets a pale sky and a sun behind the viewer's left shoulder. Both
+//! are noted.
+//!
+//! # Bounds
+//!
+//! [`Limits`] holds every bound: memory is at most that of the text of all files, each read once,
+//! and of the surfaces. Nesting of files is bounded, a file that includes itself is refused, and
+//! nothing is ever run as a command.
+
+mod defaults;
+mod error;
+mod limits;
+mod obj;
+mod radiance;
+mod scan;
+mod text;
+mod view;
+
+use std::path::Path;
+
+pub use error::{Cause, ImportError};
+pub use limits::Limits;
+pub use view::view;
+
+use crate::model::{Model, Place};
+
+/// How files are read.
+#[derive(Debug, Clone, Default)]
+pub struct ImportOptions {
+    /// What is refused as too much.
+    pub limits: Limits,
+    /// Leaves out the default light and view.
+    pub bare: bool,
+}
+
+/// Reads files into one scene, in their order; the kind of each is told by its extension.
+///
+/// # Errors
+/// If a file cannot be read or is not as its format demands, or if the scene is empty.
+pub fn load<P: AsRef<Path>>(paths: &[P], options: &ImportOptions) -> Result<Model, ImportError> {
+    let mut model = Model::default();
+    for path in paths {
+        let path = path.as_ref();
+        let kind = path.extension().and_then(|e| e.to_str()).unwrap_or_default();
+        match kind.to_ascii_lowercase().as_str() {
+            "rad" | "mat" => radiance::read(&mut model, path, &options.limits)?,
+            "vf" => view::read(&mut model, path, &options.limits)?,
+            "obj" => obj::read(&mut model, path, &options.limits)?,
+            other => return Err(refusal(path, other)),
+        }
+    }
+    model.notes.set_place(Place::default());
+    if model.triangles.is_empty() && model.spheres.is_empty() && model.lights.is_empty() {
+        let place = paths.first().map_or_else(Place::default, |p| error::place(p.as_ref(), 0));
+        return Err(ImportError::new(place, Cause::Empty));
+    }
+    if !options.bare {
+        let upright = paths.iter().any(|p| p.as_ref().extension().is_some_and(|e| e != "obj"));
+        defaults::complete(&mut model, upright);
+    }
+    Ok(model)
+}
+
+/// Why a file of this kind is not read.
+fn refusal(path: &Path, kind: &str) -> ImportError {
+    let hint = match kind {
+        "mtl" => "materials alone: name the .obj file that uses them",
+        "oct" => "a compiled Radiance octree: name the .rad files that it was made from",
+        "kilo" => "a compiled scene stands alone: name it as the only file",
+        _ => "not a kind of file that is read: .rad, .vf, .obj, or a compiled .kilo",
+    };
+    let missing = !path.exists();
+    let cause = if missing { Cause::Missing } else { Cause::Kind(hint) };
+    ImportError::new(error::place(path, 0), cause)
+}
+
+#[cfg(test)]
+mod tests;

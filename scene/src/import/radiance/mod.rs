@@ -1,0 +1,43 @@
+//! Radiance scene descriptions (`.rad`).
+//!
+//! | part | what |
+//! | --- | --- |
+//! | `reader` | the stream of objects and commands |
+//! | `kinds` | what a type word means |
+//! | `material` | materials, in Radiance's units |
+//! | `names` | what a modifier's name stands for |
+//! | `surface` | surfaces |
+//! | `command` | command lines: words, pipes |
+//! | `xform` | transformations and arrays |
+//! | `genbox` | boxes |
+//!
+//! Semantics are those of Radiance's reference manual and of `oconv`, with these differences:
+//! - patterns and textures are left out: what they modify is given the material that they modify;
+//!   of a mixture the foreground is taken;
+//! - materials that are not built in (`BSDF` and the like) become grey;
+//! - `instance` and `mesh` are refused, for the picture would lack what they hold;
+//! - a surface whose modifier is `void` is nothing to see, as in Radiance, and dropped with a note.
+//!
+//! A file named by `!xform` is sought in the directory of the file that names it.
+
+mod command;
+mod genbox;
+mod kinds;
+mod material;
+mod names;
+mod reader;
+mod surface;
+mod xform;
+
+use std::path::Path;
+
+use super::{ImportError, Limits};
+use crate::model::Model;
+
+/// Reads a file into the model.
+pub(super) fn read(model: &mut Model, path: &Path, limits: &Limits) -> Result<(), ImportError> {
+    reader::Reader::new(model, limits).file(path)
+}
+
+#[cfg(test)]
+mod tests;

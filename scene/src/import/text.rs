@@ -1,0 +1,39 @@
+//! Whole files as text, bounded.
+
+use std::fs::File;
+use std::io::{self, Read};
+use std::path::Path;
+
+use super::{Cause, Limits};
+
+/// Reads a file that is text: not larger than the limit, and without zero bytes.
+pub(super) fn read(path: &Path, limits: &Limits) -> Result<Vec<u8>, Cause> {
+    let file = match File::open(path) {
+        Err(error) if error.kind() == io::ErrorKind::NotFound => return Err(Cause::Missing),
+        file => file?,
+    };
+    let known = file.metadata()?.len();
+    let too_long =
+        || Cause::Limit { what: "the file is too long [bytes]", limit: limits.file_bytes };
+    if known > limits.file_bytes {
+        return Err(too_long());
+    }
+    // A device or a pipe says nothing of its length.
+    let mut text = Vec::with_capacity(usize::try_from(known).unwrap_or(0));
+    file.take(limits.file_bytes.saturating_add(1)).read_to_end(&mut text)?;
+    if text.len() as u64 > limits.file_bytes {
+        return Err(too_long());
+    }
+    check(&text)?;
+    Ok(text)
+}
+
+/// Refuses what is no text.
+pub(super) fn check(text: &[u8]) -> Result<(), Cause> {
+    // No text holds a zero byte, UTF-16 does: neither is read. Control characters stand for the
+    // compressed and the encrypted.
+    let head = text.get(..4096.min(text.len())).unwrap_or_default();
+    let control = |&&b: &&u8| b < 0x20 && !matches!(b, b'\t' | b'\n' | b'\r' | 0x0b | 0x0c | 0x1a);
+    let strange = head.iter().filter(control).count();
+    if text.contains(&0) || strange * 50 > head.len() { Err(Cause::Binary) } else { Ok(()) }
+}
