@@ -57,9 +57,9 @@ pub struct Sample {
     pub density: f32,
 }
 
-/// Distance by which a shadow ray ends before the light, in parts of all lengths concerned: rays that
-/// reach the light's own primitive find it beyond their end. As in `geometry`, where a ray's clearance is derived.
-const CLEARANCE: f32 = 80.0 * UNIT_ROUNDOFF;
+/// Distance by which a shadow ray ends before the light, in parts of all lengths concerned: the clearance that
+/// [`SurfacePoint::spawn_to`](crate::geometry::SurfacePoint::spawn_to) derives, 160 u, and the rounding of the point itself.
+const CLEARANCE: f32 = 176.0 * UNIT_ROUNDOFF;
 
 impl Aim {
     /// A light, seen from a surface that answers light from its front and from behind, or

@@ -61,12 +61,12 @@ impl Rectangle {
         let f = (cos * self.b0 - self.b1) / sin;
         let c = (1.0 / libm::sqrtf(f * f + self.b0 * self.b0)).copysign(f).clamp(-1.0, 1.0);
         let xu = -(c * self.z0) / libm::sqrtf((1.0 - c * c).max(f32::MIN_POSITIVE));
-        let xu = xu.clamp(self.x0, self.x1);
+        let xu = xu.max(self.x0).min(self.x1);
         let d2 = xu * xu + self.z0 * self.z0;
         let h0 = self.y0 / libm::sqrtf(d2 + self.y0 * self.y0);
         let h1 = self.y1 / libm::sqrtf(d2 + self.y1 * self.y1);
         let h = h0 + v * (h1 - h0);
         let yv = h * libm::sqrtf(d2 / (1.0 - h * h).max(f32::MIN_POSITIVE));
-        self.x * xu + self.y * yv.clamp(self.y0, self.y1) + self.z * self.z0
+        self.x * xu + self.y * yv.max(self.y0).min(self.y1) + self.z * self.z0
     }
 }

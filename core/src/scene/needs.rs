@@ -6,7 +6,8 @@ use bytemuck::{Pod, Zeroable};
 pub struct Needs {
     /// Bits of what occurs: `Needs::SPECULAR` and the others.
     pub bits: u32,
-    /// Greatest component of any emitted radiance: fixes the unit of the pixel sums.
+    /// Greatest component of any emitted radiance, and of any intensity of a point or spot (scene units: it lights a white surface that bright at a
+    /// distance of 0.56): fixes the unit of the pixel sums.
     pub radiance_max: f32,
 }
 

@@ -12,6 +12,8 @@ use std::vec::Vec;
 
 mod direct;
 mod furnace;
+#[cfg(feature = "specular")]
+mod specular;
 
 /// A scene, and its tracer.
 #[derive(Default)]

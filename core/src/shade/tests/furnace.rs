@@ -1,7 +1,6 @@
 //! White furnaces: in an even light nothing may be brighter than it, and what reflects all of it cannot be seen.
 
 use super::*;
-use crate::random::Sequence;
 
 /// A sky of radiance 1 all around.
 fn furnace(samples: u32, bounces: u8) -> Scene {
@@ -62,6 +61,7 @@ fn a_small_sky_is_a_form_factor() {
 mod specular {
     use super::*;
     use crate::material::Ward;
+    use crate::random::Sequence;
 
     #[test]
     fn what_keeps_all_light_cannot_be_seen() {
