@@ -3,13 +3,18 @@
 mod hull;
 
 use super::rounding::{UNIT_ROUNDOFF, max, min};
-use super::{Aabb, Ray};
-use crate::scene::Light;
+use super::{Aabb, Primitive, Ray};
+use crate::scene::{Light, LightKind};
 use glam::Vec3;
 use hull::Hull;
 
 /// Greatest number of planes: eight sides, near and far, and six along the axes.
 const PLANES_MAX: usize = 16;
+/// What is allowed for the test's own rounding with a triangle, in parts of `R` and of the sum of the normal's components.
+const SLACK_DIRECT: f32 = 12.0 * UNIT_ROUNDOFF;
+/// What is allowed for the triangle test ([64 u](super::PreparedRay::TRIANGLE_ERROR)) and the directions of the rays, in parts of `R` and
+/// of the normal's length.
+const SLACK_TRIANGLE: f32 = 88.0 * UNIT_ROUNDOFF;
 
 /// A convex region that holds every ray of a bundle: for a tile of a picture a pyramid with its apex in the eye (or a
 /// prism, for a parallel view); for shadow rays the hull of where they begin and of the light's own shape.
@@ -23,6 +28,8 @@ const PLANES_MAX: usize = 16;
 pub struct Pyramid {
     /// All else is relative to it: the eye, or the middle of where the rays begin.
     origin: Vec3,
+    /// The light itself, if it is a sphere: no shadow ray to it hits it.
+    own: Option<(Vec3, f32)>,
     /// Greatest distance along an axis between `origin` and a place where a ray begins.
     spread: f32,
     direction: Vec3,
@@ -38,8 +45,10 @@ pub struct Pyramid {
 struct Plane {
     normal: Vec3,
     offset: f32,
-    /// What is to be allowed for, per unit of `R`.
+    /// What is to be allowed for a box, per unit of `R`.
     slack: f32,
+    /// What is to be allowed for a triangle itself.
+    triangle_slack: f32,
 }
 
 /// The planes of a pyramid that cut a box, by bits: those of its parts need only be tested against these.
@@ -84,16 +93,18 @@ pub enum Side {
 }
 
 /// Allowance for rounding, in parts of `R`, the greatest distance along an axis between the pyramid's origin and the box: 16 u for the pad of
-/// an own box in the box, 8 u for the directions of the rays, 1 u for the normal, 5 u for the test; rounded up.
+/// an own box in the box, 8 u for the directions of the rays, 2 u for the box, 1 u for the normal, 5 u for the test; rounded up.
 const SLACK: f32 = 40.0 * UNIT_ROUNDOFF;
 
 impl Pyramid {
     /// All of space: every box lies in it.
     pub const EVERYWHERE: Self = Self {
         origin: Vec3::ZERO,
+        own: None,
         spread: 0.0,
         direction: Vec3::Z,
-        planes: [Plane { normal: Vec3::ZERO, offset: 0.0, slack: 0.0 }; PLANES_MAX],
+        planes: [Plane { normal: Vec3::ZERO, offset: 0.0, slack: 0.0, triangle_slack: 0.0 };
+            PLANES_MAX],
         len: 0,
         lo: Vec3::NEG_INFINITY,
         hi: Vec3::INFINITY,
@@ -116,7 +127,11 @@ impl Pyramid {
     /// [`SurfacePoint::spawn_to`](super::SurfacePoint::spawn_to) that begin in `from`.
     #[must_use]
     pub fn to_light(from: &Aabb, light: &Light) -> Self {
-        Self::of_hull(&Hull::to_light(from, light))
+        let mut pyramid = Self::of_hull(&Hull::to_light(from, light));
+        if light.kind == LightKind::Sphere as u32 {
+            pyramid.own = Some((Vec3::from_array(light.position), light.u[0]));
+        }
+        pyramid
     }
 
     /// A direction in the middle of the bundle, of no particular length: its signs are the order of octants.
@@ -143,13 +158,19 @@ impl Pyramid {
     /// the definition of a [hit](super#what-a-hit-is). NaN and infinity make a box partly inside.
     #[must_use]
     pub fn clip(&self, aabb: &Aabb, planes: Planes) -> Option<Planes> {
+        let lo = aabb.min - self.origin;
+        let hi = aabb.max - self.origin;
+        self.clip_relative(lo, hi, greatest(lo.abs().max(hi.abs())), planes)
+    }
+
+    /// As [`clip`](Self::clip), of a box relative to [`origin`](Self::origin), whose bounds may be off by two roundings of
+    /// `reach`, which is at least the greatest distance along an axis between the origin and the box.
+    #[must_use]
+    pub fn clip_relative(&self, lo: Vec3, hi: Vec3, reach: f32, planes: Planes) -> Option<Planes> {
         if planes.is_none() {
             return Some(planes);
         }
-        let lo = aabb.min - self.origin;
-        let hi = aabb.max - self.origin;
-        let far = lo.abs().max(hi.abs());
-        let reach = max(max(far.x, far.y), far.z) + self.spread;
+        let reach = reach + self.spread;
         let mut cut = 0;
         if planes.0 & Planes::BOUNDS != 0 {
             let pad = Vec3::splat(reach * SLACK);
@@ -179,6 +200,45 @@ impl Pyramid {
         Some(Planes(cut))
     }
 
+    /// Whether a ray of the bundle may hit a primitive. Sharper than a box: a triangle that lies beyond one plane is not
+    /// touched, though its box may be; nor is the light that the shadow rays go to.
+    #[must_use]
+    pub fn touches(&self, primitive: &Primitive, planes: Planes) -> bool {
+        let own = match *primitive {
+            Primitive::Triangle { vertices, .. } => {
+                if self.beyond(vertices.map(|v| v - self.origin)) {
+                    return false;
+                }
+                Aabb::of_triangle(vertices)
+            }
+            Primitive::Sphere { center, radius, .. } => {
+                if self.own == Some((center, radius)) {
+                    return false;
+                }
+                Aabb::of_sphere(center, radius)
+            }
+        };
+        self.clip(&own, planes).is_some()
+    }
+
+    /// Whether a triangle lies beyond one plane.
+    fn beyond(&self, vertices: [Vec3; 3]) -> bool {
+        let [a, b, c] = vertices;
+        let reach = greatest(a.abs().max(b.abs()).max(c.abs())) + self.spread;
+        self.planes.iter().take(usize::from(self.len)).any(|plane| {
+            let [a, b, c] = vertices.map(|v| plane.normal.dot(v) + plane.offset);
+            let slack = -reach * plane.triangle_slack;
+            // A NaN is not beyond.
+            a < slack && b < slack && c < slack
+        })
+    }
+
+    /// The point that all is relative to: the eye of a tile, the middle of where shadow rays begin.
+    #[must_use]
+    pub fn origin(&self) -> Vec3 {
+        self.origin
+    }
+
     fn of_hull(hull: &Hull) -> Self {
         let mut pyramid = Self::EVERYWHERE;
         if !hull.is_finite() {
@@ -199,14 +259,20 @@ impl Pyramid {
         if !(greatest > 0.0 && greatest < f64::INFINITY) {
             return;
         }
-        let normal = normal / greatest;
         let Some(support) = hull.support(normal) else { return };
-        let offset = (-support) as f32;
-        let normal = normal.as_vec3();
-        let slack = SLACK * (normal.x.abs() + normal.y.abs() + normal.z.abs());
-        *plane = Plane { normal, offset: offset + offset.abs() * 2.0 * UNIT_ROUNDOFF, slack };
+        let offset = (-support / greatest) as f32;
+        let normal = (normal / greatest).as_vec3();
+        let sum = normal.x.abs() + normal.y.abs() + normal.z.abs();
+        let slack = SLACK * sum;
+        let triangle_slack = SLACK_DIRECT * sum + SLACK_TRIANGLE * libm::sqrtf(normal.dot(normal));
+        let offset = offset + offset.abs() * 2.0 * UNIT_ROUNDOFF;
+        *plane = Plane { normal, offset, slack, triangle_slack };
         self.len += 1;
     }
+}
+
+fn greatest(v: Vec3) -> f32 {
+    max(max(v.x, v.y), v.z)
 }
 
 #[cfg(test)]

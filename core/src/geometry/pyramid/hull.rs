@@ -1,6 +1,7 @@
 //! The hull of a bundle in f64: its support function, and the normals worth asking it for.
 
 use crate::geometry::rounding::{UNIT_ROUNDOFF, max};
+use crate::geometry::spawn::{TARGET_CLEARANCE, TARGET_ERROR};
 use crate::geometry::{Aabb, Ray};
 use crate::scene::{Light, LightKind};
 use glam::{DVec2, DVec3, Vec3};
@@ -29,6 +30,8 @@ pub(super) struct Hull {
     /// What the hull is seen to end in, in order around it: places, or directions if `rim_is_far`.
     rim: List<RIM_MAX>,
     rim_is_far: bool,
+    /// A half-space that holds the hull, though its points do not tell: the least `normal · x`.
+    floor: Option<(DVec3, f64)>,
     /// What is added to the hull on all sides.
     inflate: f64,
 }
@@ -92,6 +95,7 @@ impl Hull {
             cap: None,
             rim: List::EMPTY,
             rim_is_far: false,
+            floor: None,
             inflate: 0.0,
         }
     }
@@ -147,17 +151,40 @@ impl Hull {
             Some(LightKind::Distant) => hull.end_far_away(u, v.x),
             None => hull.axis = DVec3::NAN,
         }
-        // Where a shadow ray ends is rounded, and stands off the light by its clearance.
-        let reach = hull.points.iter().fold(c.abs().max_element(), |most, p| {
-            let reach = p.abs().max_element();
-            if reach > most { reach } else { most }
-        });
-        let size = u.abs().max_element() + v.abs().max_element();
-        let rounded = position.abs().max_element() + size;
-        if !hull.rim_is_far {
-            hull.inflate = (80.0 * (reach + size) + 16.0 * rounded) * f64::from(UNIT_ROUNDOFF);
-        }
+        hull.end_before(light, c, u, v);
         hull
+    }
+
+    /// Where shadow rays end is rounded, and stands off the light by the clearance of `SurfacePoint::spawn_to`: what
+    /// lies farther than that from all starts is beyond all ends.
+    fn end_before(&mut self, light: &Light, position: DVec3, u: DVec3, v: DVec3) {
+        if self.rim_is_far {
+            return;
+        }
+        let size = u.abs().max_element() + v.abs().max_element();
+        let place = f64::from(Vec3::from_array(light.position).abs().max_element());
+        let error = f64::from(TARGET_ERROR) * (place + size);
+        let kind = LightKind::from_u32(light.kind);
+        let disc = kind == Some(LightKind::Disc);
+        // The greatest distance along an axis between the origin and the light.
+        let far = if disc || kind == Some(LightKind::Sphere) {
+            position.abs().max_element() + size
+        } else {
+            self.points.iter().map(|p| p.abs().max_element()).fold(0.0, f64::max)
+        };
+        self.inflate = 1.1 * TARGET_CLEARANCE * (far + self.spread + 2.0 * size) + 2.0 * error;
+        let flat =
+            disc || kind == Some(LightKind::Parallelogram) || kind == Some(LightKind::Triangle);
+        let cross = u.cross(v);
+        let normal = if cross.dot(position) > 0.0 { -cross } else { cross };
+        let length = libm::sqrt(normal.length_squared());
+        // Each ray stands off by 160 u of its own distance to the light's farthest corner, which is at least this, less
+        // its roundings, and by `error`, of which the sample took half; the other half is the surface's in the blocks.
+        let own = (TARGET_CLEARANCE - 4.0 * f64::from(UNIT_ROUNDOFF)) * (far - self.spread);
+        let least = normal.dot(position) + (own + 0.5 * error) * length;
+        if flat && own > 0.0 && self.starts().all(|s| normal.dot(s) > least) {
+            self.floor = Some((normal, least));
+        }
     }
 
     fn start(&mut self, point: DVec3) {
@@ -231,6 +258,11 @@ impl Hull {
 
     /// The least `normal · x` over the hull, `None` if there is none.
     pub(super) fn support(&self, normal: DVec3) -> Option<f64> {
+        if let Some((floor, least)) = self.floor
+            && floor == normal
+        {
+            return Some(least);
+        }
         let length = libm::sqrt(normal.length_squared());
         let unbounded = |d: DVec3| {
             normal.dot(d) < -DIRECTION_TOLERANCE * length * libm::sqrt(d.length_squared())
@@ -259,7 +291,9 @@ impl Hull {
             add(self.side(i, edge));
         }
         add(self.axis);
-        if self.directions.len == 0 {
+        if let Some((normal, _)) = self.floor {
+            add(normal);
+        } else if self.directions.len == 0 {
             add(-self.axis);
         }
         // Planes along an axis: the hull in projection, a point of the start and one of the rim on its border.

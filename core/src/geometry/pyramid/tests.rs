@@ -79,6 +79,8 @@ fn check(n: &mut Numbers, pyramid: &Pyramid, vertices: [Vec3; 3], context: &str)
         planes = pyramid.clip(&around.union(own), planes).expect(context);
     }
     assert!(pyramid.clip(&own, planes).is_some(), "{context}\n{own:?}\n{pyramid:?}");
+    let primitive = Primitive::Triangle { vertices, normals: None };
+    assert!(pyramid.touches(&primitive, planes), "{context}\n{vertices:?}\n{pyramid:?}");
 }
 
 fn tile(n: &mut Numbers, size: f32, offset: Vec3) -> [Ray; 4] {
@@ -403,4 +405,44 @@ fn strange_pyramids_hold_everything() {
     let strange = Aabb { min: Vec3::NAN, max: Vec3::INFINITY };
     let corner = Ray { origin: Vec3::ZERO, direction: Vec3::X, ..flat };
     assert_ne!(Pyramid::of_tile(&[corner; 4]).classify(&strange), Side::Outside);
+}
+
+#[test]
+fn the_light_itself_is_not_touched() {
+    let mut asked = 0;
+    for seed in 0..20_000_u64 {
+        let n = &mut Numbers(seed << 16 | 4 << 50);
+        let (size, offset) = scale_and_offset(n);
+        let offset = offset * 1e-4;
+        let kind = LightKind::from_u32(n.pick(4) as u32).unwrap();
+        let light = light(n, kind, size, offset);
+        let [p, u, v] = [light.position, light.u, light.v].map(Vec3::from);
+        let from = Aabb { min: offset, max: offset };
+        let pyramid = Pyramid::to_light(&from, &light);
+        // Seen at more than a grazing angle.
+        let (normal, way) = (u.cross(v).normalize_or_zero(), (p - offset).normalize());
+        if kind != LightKind::Sphere && (normal.dot(way).abs() < 0.01 || normal == Vec3::ZERO) {
+            continue;
+        }
+        asked += 1;
+        let triangle = |vertices| Primitive::Triangle { vertices, normals: None };
+        let surface = match kind {
+            LightKind::Parallelogram => {
+                [triangle([p, p + u, p + u + v]), triangle([p + v, p, p + u + v])]
+            }
+            LightKind::Triangle => [triangle([p, p + u, p + v]); 2],
+            LightKind::Disc => [triangle([p, p + u, p + v]), triangle([p, p - v, p - u * 0.3])],
+            _ => [Primitive::Sphere { center: p, radius: u.x, inward: false }; 2],
+        };
+        for primitive in surface {
+            assert!(!pyramid.touches(&primitive, Planes::ALL), "seed {seed} {light:?} {pyramid:?}");
+        }
+        // What stands before it is touched.
+        let at = offset + (p + u * 0.3 + v * 0.3 - offset) * 0.9;
+        if kind != LightKind::Sphere {
+            let before = triangle([at, at + u * 0.1, at + v * 0.1]);
+            assert!(pyramid.touches(&before, Planes::ALL), "seed {seed} {light:?}");
+        }
+    }
+    assert!(asked > 15_000, "{asked}");
 }
