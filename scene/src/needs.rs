@@ -1,5 +1,6 @@
 //! What a scene needs, so that the rest is skipped.
 
+use kiloray_core::material::passes_shadow_rays;
 use kiloray_core::scene::{Light, LightKind, Material, MaterialKind, Needs};
 
 use crate::compile::Surfaces;
@@ -11,25 +12,26 @@ pub(crate) fn needs(materials: &[Material], lights: &[Light], surfaces: &Surface
     let some = |v: [f32; 3]| v.iter().any(|&x| x > 0.0);
     for m in materials {
         radiance_max = m.emission.iter().copied().fold(radiance_max, f32::max);
+        if passes_shadow_rays(m) {
+            bits |= Needs::TRANSPARENT;
+        }
         match MaterialKind::from_u32(m.kind) {
             Some(MaterialKind::Opaque) => {
                 let through = some(m.transmit) && m.transmit_specular > 0.0;
-                if through {
-                    bits |= Needs::SPECULAR | Needs::TRANSPARENT;
-                }
-                if some(m.specular) {
+                if through || some(m.specular) {
                     bits |= Needs::SPECULAR;
                 }
                 if (through || some(m.specular)) && m.roughness > 0.0 {
                     bits |= Needs::GLOSSY;
                 }
             }
-            Some(MaterialKind::Mirror) => bits |= Needs::SPECULAR,
-            Some(MaterialKind::Dielectric) => {
-                bits |= Needs::SPECULAR | Needs::TRANSPARENT | Needs::DIELECTRIC;
+            Some(MaterialKind::Mirror | MaterialKind::Glass | MaterialKind::Void) => {
+                bits |= Needs::SPECULAR;
             }
-            Some(MaterialKind::Glass) => bits |= Needs::SPECULAR | Needs::TRANSPARENT,
-            Some(MaterialKind::Light | MaterialKind::Void) | None => {}
+            Some(MaterialKind::Dielectric) => {
+                bits |= Needs::SPECULAR | Needs::DIELECTRIC;
+            }
+            Some(MaterialKind::Light) | None => {}
         }
     }
     for light in lights {

@@ -109,7 +109,8 @@ fn light(l: &model::Light, place: Placement) -> Light {
             (l.u * scale, l.v * scale, 1.0)
         }
         LightKind::Point | LightKind::Spot => (l.u, l.v, scale * scale),
-        LightKind::Distant => (l.u, l.v, 1.0),
+        // A sun's cosine is too near 1 for f32.
+        LightKind::Distant => (l.u, DVec3::new(l.v.x, 1.0 - l.v.x, 0.0), 1.0),
     };
     let (cone, cone_cos) = match l.cone {
         Some((axis, angle)) => (reals(axis.normalize_or_zero()), real(angle.cos())),
