@@ -7,4 +7,4 @@ pub mod compile;
 pub mod import;
 pub mod kilo;
 pub mod model;
-mod needs;
+pub mod needs;

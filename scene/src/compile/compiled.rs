@@ -2,6 +2,7 @@ use kiloray_core::block::format::FileHeader;
 
 use super::stats::Stats;
 use crate::kilo::Image;
+use crate::needs::Summary;
 
 /// A compiled scene: the bytes of a `.kilo` file, and how they came to be.
 #[derive(Debug)]
@@ -10,6 +11,8 @@ pub struct Compiled {
     pub image: Image,
     /// Counts and times.
     pub stats: Stats,
+    /// What the scene needs, in words.
+    pub summary: Summary,
 }
 
 impl Compiled {

@@ -10,6 +10,10 @@ use crate::model::Model;
 pub(crate) struct Placement {
     pub(crate) center: DVec3,
     pub(crate) exponent: i32,
+    /// Lower corner of all surfaces, input coordinates.
+    pub(crate) lo: DVec3,
+    /// Upper corner.
+    pub(crate) hi: DVec3,
 }
 
 impl Placement {
@@ -31,12 +35,13 @@ impl Placement {
                 (lo.min(sphere.center - sphere.radius), hi.max(sphere.center + sphere.radius));
         }
         if !(lo.is_finite() && hi.is_finite()) {
-            return Self { center: DVec3::ZERO, exponent: 0 };
+            let zero = DVec3::ZERO;
+            return Self { center: zero, exponent: 0, lo: zero, hi: zero };
         }
         // Halves first: the difference of two finite numbers need not be finite.
         let center = lo * 0.5 + hi * 0.5;
         let reach = (hi - center).max(center - lo).max_element();
-        Self { center, exponent: exponent_above(reach) }
+        Self { center, exponent: exponent_above(reach), lo, hi }
     }
 
     /// Scene units in one input unit.

@@ -5,6 +5,7 @@
 //! | stage | what it does |
 //! | --- | --- |
 //! | `frame` | moves the scene's centre to the origin and scales it into [-1, 1]³ |
+//! | `lights` | lights that light nothing are left out; each gets a material of its own |
 //! | `tables` | materials, lights and views in scene units; what is not used is left out |
 //! | `surfaces` | rounds vertices to f32, merges equal ones, boxes the primitives |
 //! | `build`, `split` | the tree: octants by planes chosen with the surface-area heuristic |
@@ -24,6 +25,7 @@ mod emit;
 mod fit;
 mod frame;
 mod layout;
+mod lights;
 mod options;
 mod pack;
 mod pipeline;
@@ -36,6 +38,7 @@ mod tests;
 mod tree;
 
 pub use compiled::Compiled;
+pub use lights::Dark;
 pub use options::{CompileError, Options, Progress, Stage};
 pub use pipeline::compile;
 pub use stats::Stats;

@@ -11,6 +11,7 @@ use super::emit::emit;
 use super::fit::fit;
 use super::frame::Placement;
 use super::layout::Source;
+use super::lights::{split_materials, useful};
 use super::options::{CompileError, Options, Progress, Stage};
 use super::pack::pack;
 use super::stats::Stats;
@@ -19,6 +20,7 @@ use super::tables::{Materials, check_lights, view};
 use super::tree::Node;
 use crate::kilo::{Image, Tables};
 use crate::model::Model;
+use crate::needs::{Summary, needs};
 
 /// Compiles a model to the bytes of a `.kilo` file.
 ///
@@ -36,8 +38,10 @@ pub fn compile(
     let mut clock = Clock { last: Instant::now(), stats: Stats::default() };
     let place = Placement::of(model);
     let mut surfaces = Surfaces::of(model, place)?;
-    let lights: Vec<_> = model.lights.clone();
-    let mut materials = Materials::of(model, &mut surfaces, &lights, place);
+    let (mut lights, dark) = useful(model, place);
+    let mut list = model.materials.clone();
+    split_materials(&mut list, &mut surfaces, &mut lights, place);
+    let mut materials = Materials::of(&list, &mut surfaces, &lights, place);
     let count = surfaces.items.len() as u64;
     progress.report(Stage::Surfaces, count, count);
     clock.stage(0);
@@ -64,7 +68,7 @@ pub fn compile(
     let (lo, hi) = if all.is_empty() { ([0.0; 3], [0.0; 3]) } else { (all.lo(), all.hi()) };
     let lights = materials.lights(&lights, place);
     let views: Vec<_> = model.views.iter().filter_map(|v| view(v, place)).collect();
-    let needs = crate::needs::needs(&materials.table, &lights, &surfaces);
+    let needs = needs(&materials.table, &lights, &surfaces, (lo, hi));
     let header = FileHeader {
         magic: MAGIC,
         version: VERSION,
@@ -99,7 +103,23 @@ pub fn compile(
         ..clock.stats
     };
     let stats = stats.with_expectations(&nodes, &surfaces, &blocks);
-    Ok(Compiled { image, stats })
+    let unused = renamed(&materials, model.materials.len());
+    let summary = Summary {
+        needs,
+        materials: materials.table.len(),
+        materials_unused: unused,
+        lights: lights.len(),
+        lights_dark: dark,
+        views: views.len(),
+        size: (place.hi - place.lo).to_array(),
+        position_error: header.frame.position_error,
+    };
+    Ok(Compiled { image, stats, summary })
+}
+
+/// How many of the model's materials are not in the table.
+fn renamed(materials: &Materials, len: usize) -> usize {
+    materials.renamed[..len].iter().filter(|&&new| new == u32::MAX).count()
 }
 
 struct Clock {

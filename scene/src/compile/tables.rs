@@ -54,12 +54,12 @@ pub(crate) struct Materials {
 impl Materials {
     /// Also renames the groups of the surfaces.
     pub(crate) fn of(
-        model: &model::Model,
+        list: &[model::Material],
         surfaces: &mut Surfaces,
         lights: &[model::Light],
         place: Placement,
     ) -> Self {
-        let mut used = vec![false; model.materials.len()];
+        let mut used = vec![false; list.len()];
         let of_items = surfaces.items.iter().map(|item| (item.group & (GROUP_SPHERE - 1)) as usize);
         let of_lights = lights.iter().filter_map(|light| light.material.map(usize::from));
         for index in of_items.chain(of_lights) {
@@ -67,7 +67,7 @@ impl Materials {
         }
         let mut table = Vec::new();
         let mut renamed = vec![u32::MAX; used.len()];
-        for ((m, used), new) in model.materials.iter().zip(used).zip(&mut renamed) {
+        for ((m, used), new) in list.iter().zip(used).zip(&mut renamed) {
             if used {
                 *new = table.len() as u32;
                 table.push(material(m, place));
@@ -109,8 +109,10 @@ fn light(l: &model::Light, place: Placement) -> Light {
             (l.u * scale, l.v * scale, 1.0)
         }
         LightKind::Point | LightKind::Spot => (l.u, l.v, scale * scale),
-        // A sun's cosine is too near 1 for f32.
-        LightKind::Distant => (l.u, DVec3::new(l.v.x, 1.0 - l.v.x, 0.0), 1.0),
+        LightKind::Distant => {
+            let versine = if l.v.y > 0.0 { l.v.y } else { 1.0 - l.v.x };
+            (l.u, DVec3::new(l.v.x, versine, 0.0), 1.0)
+        }
     };
     let (cone, cone_cos) = match l.cone {
         Some((axis, angle)) => (reals(axis.normalize_or_zero()), real(angle.cos())),

@@ -3,6 +3,7 @@
 mod oracle;
 mod random;
 mod shapes;
+mod tables;
 
 use glam::DVec3;
 use oracle::check;
