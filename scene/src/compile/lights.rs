@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use glam::DVec3;
-use kiloray_core::scene::LightKind;
+use kiloray_core::scene::{LightKind, MaterialKind};
 
 use super::frame::Placement;
 use super::surfaces::{GROUP_SPHERE, Surfaces, position};
@@ -43,7 +43,11 @@ pub(crate) fn useful(model: &Model, place: Placement) -> (Vec<Light>, BTreeMap<D
     for light in &model.lights {
         match darkness(light, place) {
             Some(reason) => *dark.entry(reason).or_default() += 1,
-            None => useful.push(*light),
+            None => {
+                // A surface that no ray sees names no light.
+                let seen = |&m: &u16| model.materials[usize::from(m)].kind != MaterialKind::Void;
+                useful.push(Light { material: light.material.filter(seen), ..*light });
+            }
         }
     }
     (useful, dark)
