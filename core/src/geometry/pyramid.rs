@@ -206,7 +206,7 @@ impl Pyramid {
     pub fn touches(&self, primitive: &Primitive, planes: Planes) -> bool {
         let own = match *primitive {
             Primitive::Triangle { vertices, .. } => {
-                if self.beyond(vertices.map(|v| v - self.origin)) {
+                if !planes.is_none() && self.beyond(vertices.map(|v| v - self.origin)) {
                     return false;
                 }
                 Aabb::of_triangle(vertices)

@@ -13,6 +13,7 @@
 //!
 //! See [`BoxFrame`].
 
+mod clip;
 mod cursor;
 mod frame;
 mod lanes;
@@ -25,6 +26,7 @@ mod tests;
 mod tracer;
 mod walk;
 
+pub use clip::{Clip, ClipCounts, ClipEntry};
 pub use cursor::{Cursor, TraceError};
 pub use frame::BoxFrame;
 pub use lanes::Lanes;
