@@ -43,3 +43,4 @@ pub use options::{CompileError, Options, Progress, Stage};
 pub use pipeline::compile;
 pub use stats::Stats;
 pub(crate) use surfaces::Surfaces;
+pub use tables::view_in;

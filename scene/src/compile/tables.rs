@@ -160,6 +160,13 @@ pub(crate) fn view(v: &model::View, place: Placement) -> Option<View> {
     })
 }
 
+/// A view for a scene that is compiled already: in the scene coordinates of its file. `None` if
+/// its direction or up is no direction.
+#[must_use]
+pub fn view_in(frame: &kiloray_core::scene::Frame, v: &model::View) -> Option<View> {
+    view(v, Placement { center: frame.center.into(), exponent: frame.exponent })
+}
+
 /// Refuses lights that name a material the model does not have.
 pub(crate) fn check_lights(model: &model::Model) -> Result<(), CompileError> {
     let len = model.materials.len();

@@ -1,0 +1,154 @@
+//! What can be typed.
+
+mod options;
+mod parse;
+mod size;
+mod text;
+
+use std::path::PathBuf;
+
+use clap::{Args, Parser, Subcommand, ValueHint};
+pub(crate) use options::{Bounds, Common, Exposure, ViewChoice};
+pub(crate) use parse::{command, parse};
+
+/// Ray tracing in kilobytes.
+#[derive(Debug, Parser)]
+#[command(
+    name = "kiloray",
+    version,
+    about = text::ABOUT,
+    after_help = text::EXAMPLES,
+    args_override_self = true,
+    disable_help_subcommand = true,
+    max_term_width = 100
+)]
+pub(crate) struct Arguments {
+    /// What to do; without it a built-in scene is rendered.
+    #[command(subcommand)]
+    pub(crate) command: Option<Command>,
+}
+
+/// The commands.
+#[derive(Debug, Subcommand)]
+pub(crate) enum Command {
+    /// Render a scene on this machine, in all its memory or in as little as you say
+    #[command(after_help = text::RENDER, args_override_self = true)]
+    Render(Box<Render>),
+    /// Compile a scene to a .kilo file of blocks, and print what it needs
+    #[command(after_help = text::COMPILE, args_override_self = true)]
+    Compile(Compile),
+    /// Print what a memory is spent on, line by line
+    #[command(after_help = text::PLAN, args_override_self = true)]
+    Plan(Plan),
+    /// Measure how far a picture is from a reference
+    #[command(after_help = text::COMPARE, args_override_self = true)]
+    Compare(Compare),
+    /// List the built-in scenes
+    #[command(args_override_self = true)]
+    Scenes(Scenes),
+    /// Print a script that completes this command in a shell
+    #[command(after_help = text::COMPLETIONS)]
+    Completions(Completions),
+}
+
+/// `kiloray render`.
+#[derive(Debug, Args)]
+pub(crate) struct Render {
+    #[command(flatten)]
+    pub(crate) scene: Scene,
+    /// The picture: .png (for the eye), .hdr or .exr (linear radiance); default: the scene's name and .png
+    #[arg(short, long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    pub(crate) output: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) common: Common,
+}
+
+/// What to read.
+#[derive(Debug, Args)]
+pub(crate) struct Scene {
+    /// A built-in scene (see 'kiloray scenes') or files: .rad, .obj, .vf, .kilo; several make one scene
+    #[arg(required = true, value_name = "SCENE", value_hint = ValueHint::FilePath)]
+    pub(crate) scenes: Vec<PathBuf>,
+}
+
+/// `kiloray compile`.
+#[derive(Debug, Args)]
+pub(crate) struct Compile {
+    #[command(flatten)]
+    pub(crate) scene: Scene,
+    /// The file of blocks; without it the figures are printed and nothing is written
+    #[arg(short, long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    pub(crate) output: Option<PathBuf>,
+    /// Size of a block: 1KiB to 64KiB, a power of two
+    #[arg(long, value_name = "SIZE", value_parser = options::block)]
+    pub(crate) block: Option<u32>,
+    /// Write the figures as JSON ('-' for the standard output)
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    pub(crate) json: Option<PathBuf>,
+    /// Print nothing but errors
+    #[arg(short, long)]
+    pub(crate) quiet: bool,
+}
+
+/// `kiloray plan`.
+#[derive(Debug, Args)]
+pub(crate) struct Plan {
+    #[command(flatten)]
+    pub(crate) scene: Scene,
+    /// Memory of the node, as in 64KiB
+    #[arg(long, value_name = "SIZE", value_parser = size::parse_bytes, default_value = "64KiB")]
+    pub(crate) memory: u64,
+    /// Size of a block: 1KiB to 64KiB, a power of two
+    #[arg(long, value_name = "SIZE", value_parser = options::block)]
+    pub(crate) block: Option<u32>,
+    /// Most reflections and refractions on a path
+    #[arg(long, value_name = "N", default_value_t = 8, value_parser = options::bounces)]
+    pub(crate) bounces: u32,
+    /// Write the plan as JSON ('-' for the standard output)
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    pub(crate) json: Option<PathBuf>,
+}
+
+/// `kiloray compare`.
+#[derive(Debug, Args)]
+pub(crate) struct Compare {
+    /// The picture to measure against: .exr, .hdr, .pic or .png
+    #[arg(value_hint = ValueHint::FilePath)]
+    pub(crate) reference: PathBuf,
+    /// The picture to measure
+    #[arg(value_hint = ValueHint::FilePath)]
+    pub(crate) image: PathBuf,
+    /// A picture of the difference in false colours (.png)
+    #[arg(short, long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    pub(crate) output: Option<PathBuf>,
+    /// Measure also where this picture is brighter than one half
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    pub(crate) mask: Option<PathBuf>,
+    /// Contrast in a pixel's neighbourhood above which it is not smooth
+    #[arg(long, value_name = "PART", default_value_t = 0.15, value_parser = options::part)]
+    pub(crate) edge: f64,
+    /// Exit with 1 if the relative RMSE of all pixels is above this part
+    #[arg(long, value_name = "PART", value_parser = options::part)]
+    pub(crate) fail_above: Option<f64>,
+    /// Write the measures as JSON ('-' for the standard output)
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    pub(crate) json: Option<PathBuf>,
+    /// Print nothing but errors
+    #[arg(short, long)]
+    pub(crate) quiet: bool,
+}
+
+/// `kiloray scenes`.
+#[derive(Debug, Args)]
+pub(crate) struct Scenes {
+    /// Print the list as JSON
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// `kiloray completions`.
+#[derive(Debug, Args)]
+pub(crate) struct Completions {
+    /// The shell
+    pub(crate) shell: clap_complete::Shell,
+}

@@ -1,0 +1,254 @@
+use std::{fmt, path::PathBuf, str::FromStr};
+
+use clap::{Args, ValueEnum, ValueHint};
+use serde::Serialize;
+
+use super::size::parse_bytes;
+
+/// Greatest width or height of a picture.
+const SIDE_MAX: u32 = 65_536;
+/// Most pixels of a picture.
+const PIXELS_MAX: u64 = 1 << 28;
+/// Most camera paths of a pixel.
+const SAMPLES_MAX: u32 = 1 << 18;
+
+/// Options of all commands that render.
+#[derive(Debug, Clone, Args, Serialize)]
+pub(crate) struct Common {
+    /// Width of the picture in pixels [default: 512, or by the height and the view]
+    #[arg(long, value_name = "PIXELS", value_parser = side, allow_hyphen_values = true, help_heading = "Picture")]
+    pub(crate) width: Option<u32>,
+    /// Height of the picture in pixels [default: by the width and the view]
+    #[arg(long, value_name = "PIXELS", value_parser = side, allow_hyphen_values = true, help_heading = "Picture")]
+    pub(crate) height: Option<u32>,
+    /// A view of the scene by name or number (from 1), a .vf file, or its options ("-vp 0 0 1 -vd 0 1 0") [default: the first]
+    #[arg(long, value_name = "VIEW", allow_hyphen_values = true, help_heading = "Picture")]
+    pub(crate) view: Option<ViewChoice>,
+    /// Brightness of a PNG: 'auto', or the power of two that radiance is multiplied by
+    #[arg(long, value_name = "STOPS", default_value_t = Exposure::Auto, allow_hyphen_values = true, help_heading = "Picture")]
+    pub(crate) exposure: Exposure,
+
+    /// Camera paths for each pixel
+    #[arg(long, value_name = "N", default_value_t = 16, value_parser = samples, allow_hyphen_values = true, help_heading = "Light")]
+    pub(crate) samples: u32,
+    /// Shadow rays for each light and point [default: as many as its size and distance ask for]
+    #[arg(long, value_name = "N", value_parser = samples, allow_hyphen_values = true, help_heading = "Light")]
+    pub(crate) shadow_samples: Option<u32>,
+    /// Most reflections and refractions on a path
+    #[arg(long, value_name = "N", default_value_t = 8, value_parser = bounces, allow_hyphen_values = true, help_heading = "Light")]
+    pub(crate) bounces: u32,
+    /// Which light is computed
+    #[arg(long, value_name = "KIND", value_enum, default_value_t = Lighting::Direct, help_heading = "Light")]
+    pub(crate) lighting: Lighting,
+    /// Where the random numbers begin: the same seed gives the same picture
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = 0,
+        allow_hyphen_values = true,
+        help_heading = "Light"
+    )]
+    pub(crate) seed: u64,
+
+    /// Memory of the node, as in 64KiB: the scene stays in its file, blocks are fetched [default: no limit]
+    #[arg(long, value_name = "SIZE", value_parser = parse_bytes, allow_hyphen_values = true, help_heading = "Machine")]
+    pub(crate) memory: Option<u64>,
+    /// Size of a block: 1KiB to 64KiB, a power of two [default: 4KiB below 512KiB of memory, else 16KiB]
+    #[arg(long, value_name = "SIZE", value_parser = block, allow_hyphen_values = true, help_heading = "Machine")]
+    pub(crate) block: Option<u32>,
+    /// Threads to use [default: all cores; a node with --memory is one thread]
+    #[arg(long, value_name = "N", value_parser = threads, allow_hyphen_values = true, help_heading = "Machine")]
+    pub(crate) threads: Option<u32>,
+
+    /// Write options, hash, counts and memory as JSON ('-' for the standard output)
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath, help_heading = "Report")]
+    pub(crate) json: Option<PathBuf>,
+    /// Write a page about the run (index.html, report.json, the pictures) into this directory
+    #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath, help_heading = "Report")]
+    pub(crate) report: Option<PathBuf>,
+    /// Print nothing but errors
+    #[arg(short, long, help_heading = "Report")]
+    pub(crate) quiet: bool,
+}
+
+/// What light is computed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub(crate) enum Lighting {
+    /// From lights straight, by mirrors and through glass
+    Direct,
+}
+
+/// Which view.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[serde(untagged)]
+pub(crate) enum ViewChoice {
+    /// By its place in the scene, from 1.
+    Number(u32),
+    /// By its name.
+    Name(String),
+    /// A `.vf` file, or the options that such a file holds.
+    Options(String),
+}
+
+impl FromStr for ViewChoice {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        if text.starts_with('-') || text.to_ascii_lowercase().ends_with(".vf") {
+            return Ok(Self::Options(text.into()));
+        }
+        match text.parse() {
+            Ok(0) => Err("views are counted from 1".into()),
+            Ok(number) => Ok(Self::Number(number)),
+            Err(_) if text.is_empty() => Err("a view has a name".into()),
+            Err(_) => Ok(Self::Name(text.into())),
+        }
+    }
+}
+
+/// Brightness of a picture for the eye.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[serde(untagged, into = "Option<f32>")]
+pub(crate) enum Exposure {
+    /// By the picture.
+    Auto,
+    /// Radiance times two to this power.
+    Stops(f32),
+}
+
+impl From<Exposure> for Option<f32> {
+    fn from(exposure: Exposure) -> Self {
+        match exposure {
+            Exposure::Auto => None,
+            Exposure::Stops(stops) => Some(stops),
+        }
+    }
+}
+
+impl FromStr for Exposure {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text.parse::<f32>() {
+            _ if text == "auto" => Ok(Self::Auto),
+            Ok(stops) if stops.abs() <= 100.0 => Ok(Self::Stops(stops)),
+            _ => Err("write 'auto' or a number of stops from -100 to 100".into()),
+        }
+    }
+}
+
+impl fmt::Display for Exposure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Auto => f.write_str("auto"),
+            Self::Stops(stops) => write!(f, "{stops}"),
+        }
+    }
+}
+
+/// A picture's size that is possible.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Bounds {
+    pub(crate) width: u32,
+    pub(crate) height: u32,
+}
+
+impl Bounds {
+    /// By what was asked for, and the ratio of width to height of the view.
+    pub(crate) fn new(
+        width: Option<u32>,
+        height: Option<u32>,
+        aspect: f64,
+    ) -> Result<Self, String> {
+        let round = |side: f64| (side.round() as u32).clamp(1, SIDE_MAX);
+        let (width, height) = match (width, height) {
+            (Some(width), Some(height)) => (width, height),
+            (Some(width), None) => (width, round(f64::from(width) / aspect)),
+            (None, Some(height)) => (round(f64::from(height) * aspect), height),
+            // The longer side is 512.
+            (None, None) if aspect >= 1.0 => (512, round(512.0 / aspect)),
+            (None, None) => (round(512.0 * aspect), 512),
+        };
+        if u64::from(width) * u64::from(height) > PIXELS_MAX {
+            return Err(format!(
+                "a picture of {width} x {height} has more than the {PIXELS_MAX} pixels that are \
+                 possible; make it smaller"
+            ));
+        }
+        Ok(Self { width, height })
+    }
+}
+
+fn whole(text: &str, min: u32, max: u32) -> Result<u32, String> {
+    text.parse()
+        .ok()
+        .filter(|n| (min..=max).contains(n))
+        .ok_or_else(|| format!("write a whole number from {min} to {max}"))
+}
+
+fn side(text: &str) -> Result<u32, String> {
+    whole(text, 1, SIDE_MAX)
+}
+
+fn samples(text: &str) -> Result<u32, String> {
+    whole(text, 1, SAMPLES_MAX)
+}
+
+pub(super) fn bounces(text: &str) -> Result<u32, String> {
+    whole(text, 0, 64)
+}
+
+fn threads(text: &str) -> Result<u32, String> {
+    whole(text, 1, 1024)
+}
+
+pub(super) fn block(text: &str) -> Result<u32, String> {
+    let bytes = parse_bytes(text)?;
+    if bytes.is_power_of_two() && (1 << 10..=1 << 16).contains(&bytes) {
+        Ok(bytes as u32)
+    } else {
+        Err("a block is 1KiB, 2KiB, 4KiB, 8KiB, 16KiB, 32KiB or 64KiB".into())
+    }
+}
+
+pub(super) fn part(text: &str) -> Result<f64, String> {
+    text.parse()
+        .ok()
+        .filter(|x: &f64| (0.0..=1e9).contains(x))
+        .ok_or_else(|| "write a number that is not negative, as in 0.05 for 5 %".into())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_not_given_follows_the_view() {
+        let size = |w, h, aspect| Bounds::new(w, h, aspect).map(|b| (b.width, b.height));
+        assert_eq!(size(None, None, 1.6), Ok((512, 320)));
+        assert_eq!(size(None, None, 0.5), Ok((256, 512)));
+        assert_eq!(size(Some(300), None, 1.5), Ok((300, 200)));
+        assert_eq!(size(None, Some(300), 1.5), Ok((450, 300)));
+        assert_eq!(size(Some(3), Some(7), 1.5), Ok((3, 7)));
+        assert_eq!(size(Some(1), None, 1e9), Ok((1, 1)));
+        assert!(size(Some(65_536), Some(65_536), 1.0).is_err());
+    }
+
+    #[test]
+    fn blocks_are_powers_of_two() {
+        assert_eq!(block("4KiB"), Ok(4096));
+        for text in ["512", "5KiB", "128KiB", "0"] {
+            assert!(block(text).is_err(), "{text}");
+        }
+    }
+
+    #[test]
+    fn exposures_are_auto_or_stops() {
+        assert_eq!("auto".parse(), Ok(Exposure::Auto));
+        assert_eq!("-1.5".parse(), Ok(Exposure::Stops(-1.5)));
+        for text in ["NaN", "inf", "bright", "", "1000"] {
+            assert!(text.parse::<Exposure>().is_err(), "{text}");
+        }
+    }
+}

@@ -1,0 +1,153 @@
+use kiloray_core::scene::Needs;
+use kiloray_scene::compile::Stats;
+use serde_json::{Value, json};
+
+use crate::{
+    args,
+    console::{bytes, count, line},
+    failure::{Failure, Outcome},
+    output::Output,
+    scene::{self, Scene, view_name},
+};
+
+/// Blocks of a scene that is compiled without a word on them.
+const BLOCK: u32 = 16 << 10;
+
+/// Compiles, prints and writes.
+pub(super) fn run(arguments: &args::Compile) -> Outcome {
+    if let Some(path) = &arguments.output
+        && path.extension().is_none_or(|e| !e.eq_ignore_ascii_case("kilo"))
+    {
+        return Err(Failure::usage(format_args!(
+            "{}: a compiled scene's name ends in .kilo",
+            path.display()
+        )));
+    }
+    let output = arguments.output.as_deref().map(Output::create).transpose()?;
+    let json_out = arguments.json.as_deref().map(Output::create).transpose()?;
+    let to_standard = arguments.json.as_deref() == Some("-".as_ref());
+
+    let scene = scene::load(&arguments.scene.scenes, arguments.block, BLOCK, arguments.quiet)?;
+    scene.print_notes(arguments.quiet);
+    if !arguments.quiet && !to_standard {
+        print(&scene)?;
+    }
+    if let Some(output) = output {
+        output.write(scene.file.bytes())?;
+        if !arguments.quiet && !to_standard {
+            let path = arguments.output.as_deref().unwrap_or_else(|| "".as_ref());
+            line(format_args!("{}: {}", path.display(), bytes(scene.file.bytes().len() as u64)))?;
+        }
+    }
+    match json_out {
+        Some(output) => output.write(format!("{:#}\n", as_json(&scene)).as_bytes()),
+        None => Ok(()),
+    }
+}
+
+/// What a scene can need, and what each of them spares a scene without it.
+pub(super) const NEEDS: [(u32, &str, &str); 7] = [
+    (Needs::SPECULAR, "specular", "specular rays"),
+    (Needs::TRANSPARENT, "transparent", "shadow rays that go on behind the first hit"),
+    (Needs::SPHERES, "spheres", "tests of spheres"),
+    (Needs::NORMALS, "normals", "shading normals"),
+    (Needs::GLOSSY, "glossy", "glossy lobes"),
+    (Needs::DIELECTRIC, "dielectric", "refraction"),
+    (Needs::DISTANT, "distant", "light from beyond the scene"),
+];
+
+fn print(scene: &Scene) -> Outcome {
+    let file = scene.file.view();
+    let header = file.header();
+    let has = |bit: u32| file.needs().bits & bit != 0;
+    let names = |wanted: bool| -> String {
+        let all: Vec<_> = NEEDS
+            .iter()
+            .filter(|(bit, ..)| has(*bit) == wanted)
+            .map(|&(_, need, spared)| if wanted { need } else { spared })
+            .collect();
+        if all.is_empty() { "nothing".into() } else { all.join(", ") }
+    };
+    line(format_args!("scene      {}", scene.name))?;
+    match &scene.stats {
+        Some(stats) => print_stats(stats)?,
+        None => line(format_args!("surfaces   {}", count(header.primitives.into())))?,
+    }
+    line(format_args!(
+        "blocks     {} of {}, {} in all",
+        count(header.blocks.into()),
+        bytes(header.block_bytes.into()),
+        bytes(u64::from(header.blocks) * u64::from(header.block_bytes)),
+    ))?;
+    line(format_args!(
+        "tables     {} materials, {} lights, {} views",
+        file.materials().len(),
+        file.lights().len(),
+        file.views().len()
+    ))?;
+    for (i, view) in file.views().iter().enumerate() {
+        line(format_args!("view {:<5} {}", i + 1, view_name(view)))?;
+    }
+    line(format_args!("needs      {}", names(true)))?;
+    line(format_args!("skips      {}", names(false)))?;
+    line(format_args!("position   within {:.2e} of the input", header.frame.position_error))
+}
+
+fn print_stats(stats: &Stats) -> Outcome {
+    line(format_args!(
+        "surfaces   {} triangles, {} spheres{}",
+        count(stats.triangles),
+        count(stats.spheres),
+        if stats.dropped > 0 {
+            format!("; {} left out (too small to be seen, or void)", count(stats.dropped))
+        } else {
+            String::new()
+        }
+    ))?;
+    line(format_args!(
+        "tree       {} nodes, {} levels, {} blocks deep; {:.1} bytes per surface, {:.0} % filled",
+        count(stats.nodes),
+        stats.depth,
+        stats.nesting,
+        stats.bytes_per_primitive(),
+        100.0 * stats.fill()
+    ))?;
+    line(format_args!(
+        "compiled   in {:.2} s",
+        stats.times.iter().map(std::time::Duration::as_secs_f64).sum::<f64>()
+    ))
+}
+
+fn as_json(scene: &Scene) -> Value {
+    let file = scene.file.view();
+    let header = file.header();
+    let needs: serde_json::Map<_, _> = NEEDS
+        .iter()
+        .map(|&(bit, name, _)| (name.to_owned(), json!(file.needs().bits & bit != 0)))
+        .collect();
+    json!({
+        "version": env!("CARGO_PKG_VERSION"),
+        "scene": scene.name,
+        "surfaces": header.primitives,
+        "triangles": scene.stats.as_ref().map(|s| s.triangles),
+        "spheres": scene.stats.as_ref().map(|s| s.spheres),
+        "dropped": scene.stats.as_ref().map(|s| s.dropped),
+        "blocks": {
+            "count": header.blocks,
+            "block_bytes": header.block_bytes,
+            "bytes": u64::from(header.blocks) * u64::from(header.block_bytes),
+            "fill": scene.stats.as_ref().map(Stats::fill),
+        },
+        "bytes_per_surface": scene.stats.as_ref().map(Stats::bytes_per_primitive),
+        "depth": scene.stats.as_ref().map(|s| s.depth),
+        "nesting": scene.stats.as_ref().map(|s| s.nesting),
+        "materials": file.materials().len(),
+        "lights": file.lights().len(),
+        "views": file.views().iter().map(view_name).collect::<Vec<_>>(),
+        "needs": needs,
+        "position_error": header.frame.position_error,
+        "file_bytes": scene.file.bytes().len(),
+        "time_s": scene.stats.as_ref().map(|s| s.times.iter().map(|t| t.as_secs_f64()).sum::<f64>()),
+        "notes": scene.notes,
+    })
+}

@@ -1,0 +1,85 @@
+//! Where the command meets the renderer.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use kiloray_core::{scene::View, shade::Settings, store::BudgetError};
+use kiloray_render::{Control, Error, Lanes, Options, Rendered};
+
+use crate::{
+    args::{Bounds, Common},
+    console::{bytes, count},
+    failure::{Failure, Outcome},
+    framing,
+    progress::Progress,
+    scene::Scene,
+};
+
+/// Nobody sets it: an interrupt ends the command.
+static CANCEL: AtomicBool = AtomicBool::new(false);
+
+/// Size of a block where nothing is said: small for small memories.
+pub(super) fn default_block(memory: Option<u64>) -> u32 {
+    if memory.is_some_and(|memory| memory < 512 << 10) { 4 << 10 } else { 16 << 10 }
+}
+
+/// What the renderer is told.
+pub(super) fn options(common: &Common, view: View) -> Outcome<Options> {
+    let Bounds { width, height } =
+        Bounds::new(common.width, common.height, framing::aspect(&view)).map_err(Failure::usage)?;
+    let memory = common.memory.map(usize::try_from).transpose();
+    Ok(Options {
+        width,
+        height,
+        view: framing::fitted(view, width, height),
+        settings: Settings {
+            samples: common.samples,
+            shadow_samples: common.shadow_samples.unwrap_or(0),
+            bounces: common.bounces as u8,
+            seed: common.seed,
+        },
+        memory: memory.map_err(|_| Failure::usage("--memory is more than can be addressed"))?,
+        threads: common.threads.unwrap_or(0) as usize,
+        lanes: Lanes::Auto,
+        batch: 0,
+    })
+}
+
+/// Renders.
+pub(super) fn render(scene: &Scene, options: &Options, quiet: bool) -> Outcome<Rendered> {
+    let samples = u64::from(options.settings.samples);
+    let paths = u64::from(options.width) * u64::from(options.height) * samples;
+    let bar = Progress::new("rendering", paths, quiet);
+    let progress = |done: u64, total: u64| {
+        let part = paths as f64 * (done as f64 / total.max(1) as f64);
+        bar.set(part as u64);
+        bar.message(format!("{} of {} camera paths", count(part as u64), count(paths)));
+    };
+    let control = Control { cancel: &CANCEL, progress: &progress };
+    let rendered = kiloray_render::render(&scene.file.view(), options, &control);
+    debug_assert!(!CANCEL.load(Ordering::Relaxed));
+    rendered.map_err(refused)
+}
+
+/// An error of the renderer in one line.
+pub(super) fn refused(error: Error) -> Failure {
+    match error {
+        Error::Budget(error) => too_small(&error),
+        Error::View | Error::Size { .. } => Failure::usage(error),
+        other => Failure::new(other),
+    }
+}
+
+/// What is needed and what there is.
+pub(super) fn too_small(error: &BudgetError) -> Failure {
+    let lines: Vec<_> = error
+        .lines()
+        .filter(|line| line.need > 0)
+        .map(|line| format!("{} {} of {}", line.line.name(), line.have, line.need))
+        .collect();
+    Failure::new(format_args!(
+        "--memory {}: too small, at least {} bytes are needed (has of needs: {}); give more, or smaller blocks with --block",
+        bytes(error.memory as u64),
+        error.need(),
+        lines.join(", ")
+    ))
+}

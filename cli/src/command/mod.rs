@@ -1,0 +1,29 @@
+//! What each command does.
+
+mod compare;
+mod compile;
+mod completions;
+mod engine;
+mod html;
+mod plan;
+mod render;
+mod report;
+mod scenes;
+
+use crate::{
+    args::{Arguments, Command},
+    failure::Outcome,
+};
+
+/// Does what was typed.
+pub(crate) fn run(arguments: Arguments) -> Outcome {
+    match arguments.command {
+        None => render::run_without_arguments(),
+        Some(Command::Render(render)) => render::run(&render),
+        Some(Command::Compile(compile)) => compile::run(&compile),
+        Some(Command::Plan(plan)) => plan::run(&plan),
+        Some(Command::Compare(compare)) => compare::run(&compare),
+        Some(Command::Scenes(scenes)) => scenes::run(&scenes),
+        Some(Command::Completions(completions)) => completions::run(&completions),
+    }
+}

@@ -1,0 +1,61 @@
+use kiloray_core::shade::Settings;
+use kiloray_render::Options;
+use serde_json::json;
+
+use super::engine;
+use crate::{args, console::line, failure::Outcome, output::Output, scene};
+
+/// Prints the budget.
+pub(super) fn run(arguments: &args::Plan) -> Outcome {
+    let json_out = arguments.json.as_deref().map(Output::create).transpose()?;
+    let to_standard = arguments.json.as_deref() == Some("-".as_ref());
+    let memory = arguments.memory;
+    let block = engine::default_block(Some(memory));
+    let scene = scene::load(&arguments.scene.scenes, arguments.block, block, to_standard)?;
+    scene.print_notes(to_standard);
+    let view = scene.choose_view(None)?;
+    let settings = Settings { bounces: arguments.bounces as u8, ..Settings::default() };
+    let options = Options {
+        memory: Some(usize::try_from(memory).unwrap_or(usize::MAX)),
+        settings,
+        ..Options::new(1, 1, view)
+    };
+    let plan = kiloray_render::plan(&scene.file.view(), &options).map_err(engine::refused)?;
+    let budget = plan
+        .budget(options.memory.unwrap_or(usize::MAX))
+        .map_err(|error| engine::too_small(&error))?;
+    let file = scene.file.view();
+    let owned = file.header().blocks_at;
+    if let Some(output) = json_out {
+        let lines: Vec<_> = budget
+            .lines()
+            .iter()
+            .filter(|line| line.bytes > 0)
+            .map(|l| json!({ "line": l.line.name(), "capacity": l.capacity, "bytes": l.bytes }))
+            .collect();
+        let value = json!({
+            "version": env!("CARGO_PKG_VERSION"),
+            "scene": scene.name,
+            "memory": memory,
+            "total": budget.bytes(),
+            "lines": lines,
+            "blocks": file.blocks(),
+            "block_bytes": file.header().block_bytes,
+            "tables_bytes": owned,
+        });
+        output.write(format!("{value:#}\n").as_bytes())?;
+    }
+    if to_standard {
+        return Ok(());
+    }
+    line(format_args!("{budget}"))?;
+    line(format_args!(
+        "\n{} of {} blocks of {} bytes can be in memory at once.",
+        plan.frames,
+        file.blocks(),
+        plan.block_bytes
+    ))?;
+    line(format_args!(
+        "Read in place, and not counted here: {owned} bytes of tables (materials, lights, views)."
+    ))
+}

@@ -1,0 +1,122 @@
+use std::{
+    path::{Path, PathBuf},
+    time::Instant,
+};
+
+use clap::Parser;
+
+use super::{engine, html, report::Run};
+use crate::{
+    args::{self, Arguments, Command},
+    console::{bytes, count, line},
+    failure::{self, Failure, Outcome},
+    output::Output,
+    picture::{self, Format},
+    scene,
+};
+
+/// What `kiloray` alone does.
+const DEFAULT: [&str; 6] = ["kiloray", "render", "glass", "--width=960", "-o", "kiloray.png"];
+
+/// Renders the built-in scene, and says what to do next.
+pub(super) fn run_without_arguments() -> Outcome {
+    let Ok(Arguments { command: Some(Command::Render(arguments)) }) =
+        Arguments::try_parse_from(DEFAULT)
+    else {
+        return Err(Failure::new("the default command is not understood"));
+    };
+    line(format_args!("kiloray: {}", DEFAULT[1..].join(" ")))?;
+    run(&arguments)?;
+    line(format_args!("Next: 'kiloray scenes' lists the scenes, 'kiloray --help' says more."))
+}
+
+/// Renders and writes.
+pub(super) fn run(arguments: &args::Render) -> Outcome {
+    let common = &arguments.common;
+    let quiet = common.quiet;
+    let start = Instant::now();
+    if let Some(path) = &arguments.output {
+        Format::of(path)?;
+    }
+
+    let block = engine::default_block(common.memory);
+    let scene = scene::load(&arguments.scene.scenes, common.block, block, quiet)?;
+    let options = engine::options(common, scene.choose_view(common.view.as_ref())?)?;
+    let path =
+        arguments.output.clone().unwrap_or_else(|| PathBuf::from(format!("{}.png", scene.name)));
+    // Whether all can be written shows before the work.
+    kiloray_render::plan(&scene.file.view(), &options).map_err(engine::refused)?;
+    let output = Output::create(&path)?;
+    let json_out = common.json.as_deref().map(Output::create).transpose()?;
+    let page = common.report.as_deref().map(html::Page::create).transpose()?;
+    scene.print_notes(quiet);
+
+    let render_start = Instant::now();
+    let rendered = engine::render(&scene, &options, quiet)?;
+    let (time_s, render_s) = (start.elapsed().as_secs_f64(), render_start.elapsed().as_secs_f64());
+    let saved = picture::save(&rendered.picture, Format::of(&path)?, common.exposure, output)?;
+    let run = Run {
+        scene: &scene,
+        sources: &arguments.scene.scenes,
+        common,
+        options: &options,
+        rendered: &rendered,
+        time_s,
+        render_s,
+        exposure: saved.exposure,
+    };
+    if rendered.report.overflows > 0 && !quiet {
+        failure::warn(&format!(
+            "{} pixels are too bright to be counted and show the brightest that can be",
+            rendered.report.overflows
+        ));
+    }
+    if let Some(output) = json_out {
+        output.write(format!("{:#}\n", run.as_json()).as_bytes())?;
+    }
+    if let Some(page) = page {
+        page.write(&run)?;
+    }
+    let to_standard =
+        [Some(path.as_path()), common.json.as_deref()].contains(&Some(Path::new("-")));
+    if quiet || to_standard { Ok(()) } else { print(&run, &path) }
+}
+
+fn print(run: &Run<'_>, path: &Path) -> Outcome {
+    let report = &run.rendered.report;
+    let exposure = run.exposure.map_or_else(String::new, |stops| format!(", exposure {stops}"));
+    line(format_args!(
+        "{}: {} x {}, {} samples per pixel{exposure}",
+        path.display(),
+        run.options.width,
+        run.options.height,
+        run.options.settings.samples,
+    ))?;
+    line(format_args!(
+        "{} surfaces, {} rays in {:.2} s by {} ({} per second)",
+        count(run.scene.file.view().header().primitives.into()),
+        count(run.rays()),
+        run.render_s,
+        if report.threads == 1 {
+            "one thread".into()
+        } else {
+            format!("{} threads", report.threads)
+        },
+        count((run.rays() as f64 / run.render_s.max(1e-9)) as u64),
+    ))?;
+    if let Some(limit) = run.common.memory {
+        let cache = &report.cache;
+        let asked = (cache.hits + cache.misses).max(1);
+        line(format_args!(
+            "memory {} of {}; {} blocks fetched, {:.2} % of accesses found in the cache",
+            bytes(run.peak()),
+            bytes(limit),
+            count(cache.fetched),
+            100.0 * cache.hits as f64 / asked as f64,
+        ))?;
+    }
+    match &run.common.report {
+        Some(folder) => line(format_args!("report: {}", folder.join("index.html").display())),
+        None => Ok(()),
+    }
+}

@@ -1,0 +1,134 @@
+use kiloray_core::store::Line;
+use kiloray_render::{Options, Rendered};
+use serde_json::{Value, json};
+
+use super::compile::NEEDS;
+use crate::{args::Common, picture, scene::Scene};
+
+/// A finished run.
+pub(super) struct Run<'a> {
+    pub(super) scene: &'a Scene,
+    pub(super) sources: &'a [std::path::PathBuf],
+    pub(super) common: &'a Common,
+    pub(super) options: &'a Options,
+    pub(super) rendered: &'a Rendered,
+    /// Wall clock, from the first byte read to the last pixel [s].
+    pub(super) time_s: f64,
+    /// Of it, rendering.
+    pub(super) render_s: f64,
+    /// Stops of a PNG.
+    pub(super) exposure: Option<f32>,
+}
+
+impl Run<'_> {
+    /// Bytes of the node: all lines of all threads.
+    pub(super) fn peak(&self) -> u64 {
+        let report = &self.rendered.report;
+        report.budget.peak_bytes() as u64 * report.threads as u64
+    }
+
+    /// Light, rays and data that were not needed, by name.
+    pub(super) fn skipped(&self) -> Vec<(&'static str, u64)> {
+        let c = &self.rendered.report.counts;
+        vec![
+            ("lights_below", c.lights_below),
+            ("lights_facing_away", c.lights_facing_away),
+            ("lights_out_of_reach", c.lights_out_of_reach),
+            ("lights_by_chance", c.lights_by_chance),
+            ("shadow_dark", c.shadow_dark),
+            ("specular_by_chance", c.specular_by_chance),
+            ("specular_too_deep", c.specular_too_deep),
+        ]
+    }
+
+    /// Rays of all kinds.
+    pub(super) fn rays(&self) -> u64 {
+        let c = &self.rendered.report.counts;
+        c.primary + c.shadow + c.specular
+    }
+
+    /// What the scene does not need, and so was left out.
+    pub(super) fn not_needed(&self) -> Vec<&'static str> {
+        let bits = self.scene.file.view().needs().bits;
+        NEEDS.iter().filter(|(bit, ..)| bits & bit == 0).map(|&(_, name, _)| name).collect()
+    }
+
+    /// The fields that scripts rely on.
+    pub(super) fn as_json(&self) -> Value {
+        let Rendered { picture, report } = self.rendered;
+        let file = self.scene.file.view();
+        let header = file.header();
+        let mut options = json!(self.common);
+        options["scenes"] = json!(self.sources);
+        options["width"] = json!(picture.width);
+        options["height"] = json!(picture.height);
+        options["block"] = json!(header.block_bytes);
+        options["threads"] = json!(report.threads);
+        options["exposure"] = json!(self.exposure);
+        let mut skipped: serde_json::Map<_, _> =
+            self.skipped().into_iter().map(|(name, n)| (name.to_owned(), json!(n))).collect();
+        skipped.insert("not_needed".into(), json!(self.not_needed()));
+        let lines: Vec<_> = report
+            .budget
+            .lines()
+            .iter()
+            .filter(|line| line.bytes > 0)
+            .map(|line| {
+                json!({
+                    "line": line.line.name(),
+                    "capacity": line.capacity,
+                    "bytes": line.bytes,
+                    "peak": line.peak,
+                    "peak_bytes": line.peak_bytes(),
+                })
+            })
+            .collect();
+        let points = report.budget.line(Line::Points);
+        let none = json!({});
+        json!({
+            "version": env!("CARGO_PKG_VERSION"),
+            "options": options,
+            "image_hash": picture::hash(picture),
+            "image_hash_kind": "blake3",
+            "width": picture.width,
+            "height": picture.height,
+            "nodes": 1,
+            "time_s": self.time_s,
+            "render_s": self.render_s,
+            "virtual_time_s": null,
+            "efficiency": null,
+            "surfaces": header.primitives,
+            "rays": {
+                "primary": report.counts.primary,
+                "shadow": report.counts.shadow,
+                "specular": report.counts.specular,
+                "ambient": 0,
+            },
+            "skipped": skipped,
+            "messages": { "count": 0, "bytes": 0 },
+            "blocks": {
+                "count": header.blocks,
+                "bytes": u64::from(header.blocks) * u64::from(header.block_bytes),
+                "fetched": report.cache.fetched,
+            },
+            "memory": {
+                "limit": self.common.memory,
+                "peak": self.peak(),
+                "peak_node": 0,
+                "lines": lines,
+            },
+            "points": { "capacity": points.capacity, "peak": points.peak },
+            "cache": {
+                "hits": report.cache.hits,
+                "misses": report.cache.misses,
+                "evictions": report.cache.evictions,
+            },
+            "retries": 0,
+            "refusals": 0,
+            "overflows": report.overflows,
+            "lost": none,
+            "faults": none,
+            "notes": self.scene.notes,
+        })
+    }
+}

@@ -1,0 +1,49 @@
+//! The standard output, and numbers for people.
+
+use std::{
+    fmt::Arguments,
+    io::{self, Write},
+};
+
+use crate::failure::{Failure, Outcome};
+
+/// Prints a line to the standard output.
+pub(crate) fn line(text: Arguments<'_>) -> Outcome {
+    let mut out = io::stdout().lock();
+    writeln!(out, "{text}").and_then(|()| out.flush()).map_err(|error| match error.kind() {
+        io::ErrorKind::BrokenPipe => Failure::ClosedPipe,
+        _ => Failure::new(format_args!("standard output: {error}")),
+    })
+}
+
+/// A count in at most five figures: 950, 12.3 k, 4.56 M.
+pub(crate) fn count(n: u64) -> String {
+    match n {
+        0..10_000 => n.to_string(),
+        10_000..1_000_000 => format!("{:.1} k", n as f64 / 1e3),
+        1_000_000..1_000_000_000 => format!("{:.2} M", n as f64 / 1e6),
+        _ => format!("{:.2} G", n as f64 / 1e9),
+    }
+}
+
+/// Bytes in binary units.
+pub(crate) fn bytes(n: u64) -> String {
+    match n {
+        0..10_240 => format!("{n} B"),
+        10_240..10_485_760 => format!("{:.1} KiB", n as f64 / 1024.0),
+        10_485_760..10_737_418_240 => format!("{:.1} MiB", n as f64 / 1_048_576.0),
+        _ => format!("{:.1} GiB", n as f64 / 1_073_741_824.0),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_short() {
+        let all = [0, 9_999, 12_345, 1_000_000, 2_345_678_901].map(count);
+        assert_eq!(all, ["0", "9999", "12.3 k", "1.00 M", "2.35 G"]);
+        assert_eq!([1, 65_536, 20_971_520].map(bytes), ["1 B", "64.0 KiB", "20.0 MiB"]);
+    }
+}

@@ -1,0 +1,103 @@
+//! How a command fails: a line, and an exit code.
+
+use std::{
+    fmt::Display,
+    io::{self, Write},
+    path::Path,
+    process::ExitCode,
+};
+
+/// Why a command ends early.
+#[derive(Debug, PartialEq, Eq)]
+pub(crate) enum Failure {
+    /// What was typed makes no sense: exit code 2.
+    Usage(String),
+    /// It was understood and could not be done: exit code 1.
+    Failed(String),
+    /// The reader of our output went away: nobody is left to tell, and nothing is wrong.
+    ClosedPipe,
+    /// Help or the version, for the standard output.
+    Printed,
+}
+
+/// What a command returns.
+pub(crate) type Outcome<T = ()> = Result<T, Failure>;
+
+impl Failure {
+    /// Exit code 1.
+    pub(crate) fn new(message: impl Display) -> Self {
+        Self::Failed(message.to_string())
+    }
+
+    /// Exit code 2.
+    pub(crate) fn usage(message: impl Display) -> Self {
+        Self::Usage(message.to_string())
+    }
+
+    /// Something about a file.
+    pub(crate) fn file(path: &Path, cause: impl Display) -> Self {
+        Self::Failed(format!("{}: {cause}", path.display()))
+    }
+
+    /// Something the system says about a file, in words that say what to do.
+    pub(crate) fn io(path: &Path, error: &io::Error) -> Self {
+        use io::ErrorKind as Kind;
+        if error.kind() == Kind::BrokenPipe {
+            return Self::ClosedPipe;
+        }
+        let cause = match error.kind() {
+            Kind::NotFound => "no such file or directory".into(),
+            Kind::PermissionDenied => "permission denied".into(),
+            Kind::StorageFull => "the disk is full; nothing was left behind".into(),
+            Kind::QuotaExceeded => "the disk quota is used up; nothing was left behind".into(),
+            Kind::ReadOnlyFilesystem => "the file system is read-only".into(),
+            Kind::IsADirectory => "is a directory, not a file".into(),
+            _ => error.to_string(),
+        };
+        Self::file(path, cause)
+    }
+
+    /// Prints the line; gives the exit code.
+    pub(crate) fn report(&self) -> ExitCode {
+        let (message, code) = match self {
+            Self::ClosedPipe | Self::Printed => return ExitCode::SUCCESS,
+            Self::Usage(message) => (message, 2),
+            Self::Failed(message) => (message, 1),
+        };
+        print(message);
+        ExitCode::from(code)
+    }
+}
+
+/// Prints `error: ..` as one line.
+pub(crate) fn print(message: &str) {
+    say("error", message);
+}
+
+/// Prints `note: ..` as one line.
+pub(crate) fn warn(message: &str) {
+    say("note", message);
+}
+
+/// One line on the standard error, and never mind if nobody listens.
+fn say(what: &str, message: &str) {
+    let line: String = message.chars().map(|c| if c.is_control() { ' ' } else { c }).collect();
+    let _ = writeln!(io::stderr().lock(), "{what}: {}", line.trim_end());
+}
+
+/// A panic is our mistake: it says so in one line.
+pub(crate) fn report_panics_in_one_line() {
+    std::panic::set_hook(Box::new(|info| {
+        let cause = info
+            .payload()
+            .downcast_ref::<&str>()
+            .map(|&s| s.to_owned())
+            .or_else(|| info.payload().downcast_ref::<String>().cloned())
+            .unwrap_or_default();
+        let place = info.location().map(|l| format!("{}:{}", l.file(), l.line()));
+        print(&format!(
+            "internal: {cause} ({}); this is a mistake in kiloray, please report it",
+            place.unwrap_or_default()
+        ));
+    }));
+}

@@ -1,0 +1,80 @@
+//! The view fitted to the picture: pixels stay square.
+
+use kiloray_core::scene::{View, ViewKind};
+
+/// Width over height of what the view shows.
+pub(crate) fn aspect(view: &View) -> f64 {
+    let [width, height] = extent(view);
+    let aspect = width / height;
+    if aspect.is_finite() && aspect > 0.0 { aspect } else { 1.0 }
+}
+
+/// The view widened, to the sides or up and down, so that a picture of this size has square pixels;
+/// all that it showed is still in the picture.
+pub(crate) fn fitted(mut view: View, width: u32, height: u32) -> View {
+    let [right, up] = extent(&view);
+    let wanted = f64::from(width) / f64::from(height);
+    // A rounded size is no other shape.
+    if (wanted / aspect(&view) - 1.0).abs() <= 1.0 / f64::from(width.min(height)) {
+        return view;
+    }
+    if wanted > right / up {
+        view.size[0] = size(&view, up * wanted);
+    } else {
+        view.size[1] = size(&view, right / wanted);
+    }
+    view
+}
+
+/// Width and height of the picture, for a perspective at distance ½.
+fn extent(view: &View) -> [f64; 2] {
+    view.size.map(|size| {
+        let size = f64::from(size);
+        // By our own libm: the view, and so the picture, is the same on every machine.
+        if is_parallel(view) { size } else { libm::tan(size.to_radians() / 2.0) }
+    })
+}
+
+fn size(view: &View, extent: f64) -> f32 {
+    let size = if is_parallel(view) { extent } else { 2.0 * libm::atan(extent).to_degrees() };
+    size as f32
+}
+
+fn is_parallel(view: &View) -> bool {
+    view.kind == ViewKind::Parallel as u32
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn view(kind: ViewKind, size: [f32; 2]) -> View {
+        View {
+            kind: kind as u32,
+            name: [0; 20],
+            position: [0.0; 3],
+            direction: [0.0, 1.0, 0.0],
+            up: [0.0, 0.0, 1.0],
+            size,
+            offset: [0.0; 2],
+            clip: [0.0; 2],
+        }
+    }
+
+    #[test]
+    fn a_wider_picture_shows_more_at_the_sides() {
+        // tan 45° twice is tan 63.435°.
+        let wide = fitted(view(ViewKind::Perspective, [90.0, 90.0]), 200, 100);
+        assert!((wide.size[0] - 126.869_9).abs() < 1e-3 && wide.size[1] == 90.0);
+        let tall = fitted(view(ViewKind::Parallel, [2.0, 1.0]), 100, 100);
+        assert_eq!(tall.size, [2.0, 2.0]);
+        assert_eq!(fitted(view(ViewKind::Parallel, [3.0, 2.0]), 300, 200).size, [3.0, 2.0]);
+    }
+
+    #[test]
+    fn rounding_to_pixels_changes_nothing() {
+        let view = view(ViewKind::Parallel, [1.6, 1.0]);
+        assert_eq!(fitted(view, 512, 320), view);
+        assert_eq!(fitted(view, 100, 63), view);
+    }
+}

@@ -1,0 +1,50 @@
+//! Ctrl-C: what was half done is removed, and the command ends at once.
+
+use std::{
+    collections::BTreeSet,
+    fs,
+    path::{Path, PathBuf},
+    sync::Mutex,
+};
+
+/// Files that are not complete yet.
+static PARTIAL: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
+
+/// A file to remove on an interrupt, as long as this lives.
+#[derive(Debug)]
+pub(crate) struct Partial(PathBuf);
+
+impl Partial {
+    /// Enters a file.
+    pub(crate) fn new(path: &Path) -> Self {
+        if let Ok(mut all) = PARTIAL.lock() {
+            all.insert(path.to_owned());
+        }
+        Self(path.to_owned())
+    }
+}
+
+impl Drop for Partial {
+    fn drop(&mut self) {
+        if let Ok(mut all) = PARTIAL.lock() {
+            all.remove(&self.0);
+        }
+    }
+}
+
+/// From now on Ctrl-C (and a request to terminate) ends the command with exit code 1.
+pub(crate) fn install() {
+    // Where no handler can be set the system's default ends the command as well.
+    let _ = ctrlc::set_handler(|| {
+        // The lock is kept: no file can be completed or begun from here on.
+        let all = PARTIAL.lock();
+        if let Ok(all) = &all {
+            for path in all.iter() {
+                let _ = fs::remove_file(path);
+            }
+        }
+        crate::progress::clear();
+        crate::failure::print("interrupted; what was half done is removed");
+        std::process::exit(1);
+    });
+}

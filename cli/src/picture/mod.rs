@@ -1,0 +1,20 @@
+//! Pictures of linear radiance: their files, and how they are shown.
+
+mod exr_file;
+mod hash;
+mod read;
+mod rgbe;
+mod tone;
+mod write;
+
+pub(crate) use hash::hash;
+pub(crate) use read::read;
+pub(crate) use tone::{auto_exposure, tone_mapped};
+pub(crate) use write::{Format, png_bytes, save};
+
+pub(crate) use kiloray_render::Picture;
+
+/// Luminance by Radiance's primaries, as its tools and ours weigh them.
+pub(crate) fn luminance([r, g, b]: [f32; 3]) -> f64 {
+    0.265 * f64::from(r) + 0.670 * f64::from(g) + 0.065 * f64::from(b)
+}

@@ -1,0 +1,92 @@
+use std::{
+    io::{self, Write},
+    path::Path,
+};
+
+use image::{ExtendedColorType, ImageEncoder, codecs::png};
+
+use super::{Picture, auto_exposure, exr_file, rgbe, tone_mapped};
+use crate::{
+    args::Exposure,
+    failure::{Failure, Outcome},
+    output::Output,
+};
+
+/// The kinds of picture file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Format {
+    /// For the eye.
+    Png,
+    /// Radiance RGBE.
+    Hdr,
+    /// OpenEXR, 32-bit floats.
+    Exr,
+}
+
+/// What became of a picture.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Saved {
+    /// Stops, where the format has them.
+    pub(crate) exposure: Option<f32>,
+}
+
+impl Format {
+    /// By the extension of the name.
+    pub(crate) fn of(path: &Path) -> Outcome<Self> {
+        let extension = path.extension().and_then(|e| e.to_str()).map(str::to_ascii_lowercase);
+        match extension.as_deref() {
+            Some("png") => Ok(Self::Png),
+            Some("hdr" | "pic") => Ok(Self::Hdr),
+            Some("exr") => Ok(Self::Exr),
+            _ => Err(Failure::usage(format_args!(
+                "{}: a picture's name ends in .png, .hdr or .exr",
+                path.display()
+            ))),
+        }
+    }
+}
+
+/// Writes a picture.
+pub(crate) fn save(
+    picture: &Picture,
+    format: Format,
+    exposure: Exposure,
+    output: Output,
+) -> Outcome<Saved> {
+    match format {
+        Format::Png => {
+            let stops = match exposure {
+                Exposure::Auto => auto_exposure(picture),
+                Exposure::Stops(stops) => stops,
+            };
+            let pixels = tone_mapped(picture, stops);
+            output.write_with(|out| write_png(picture.width, picture.height, &pixels, out))?;
+            Ok(Saved { exposure: Some(stops) })
+        }
+        Format::Hdr => {
+            output.write_with(|out| rgbe::write(picture, out))?;
+            Ok(Saved { exposure: None })
+        }
+        Format::Exr => {
+            let bytes = exr_file::write(picture).map_err(Failure::new)?;
+            output.write(&bytes)?;
+            Ok(Saved { exposure: None })
+        }
+    }
+}
+
+/// A PNG file of 8-bit RGB.
+pub(crate) fn png_bytes(width: u32, height: u32, rgb: &[u8]) -> io::Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    write_png(width, height, rgb, &mut bytes)?;
+    Ok(bytes)
+}
+
+fn write_png(width: u32, height: u32, rgb: &[u8], out: &mut dyn Write) -> io::Result<()> {
+    png::PngEncoder::new_with_quality(out, png::CompressionType::Default, png::FilterType::Adaptive)
+        .write_image(rgb, width, height, ExtendedColorType::Rgb8)
+        .map_err(|error| match error {
+            image::ImageError::IoError(error) => error,
+            other => io::Error::other(other),
+        })
+}

@@ -1,0 +1,218 @@
+//! From what was typed to a compiled scene.
+
+use std::path::{Path, PathBuf};
+
+use kiloray_core::scene::View;
+use kiloray_scene::{
+    builtin,
+    compile::{self, Stage, Stats},
+    kilo::{KiloError, KiloFile},
+    model::Model,
+};
+
+use crate::{
+    args::ViewChoice,
+    failure::{self, Failure, Outcome},
+    import::{self, ImportOptions},
+    progress::Progress,
+};
+
+/// A scene, ready to be traced.
+#[derive(Debug)]
+pub(crate) struct Scene {
+    /// What files that belong to it are called.
+    pub(crate) name: String,
+    /// Its blocks.
+    pub(crate) file: KiloFile,
+    /// What the compiler did; `None` for a `.kilo` file.
+    pub(crate) stats: Option<Stats>,
+    /// What was ignored or repaired.
+    pub(crate) notes: Vec<String>,
+}
+
+/// One of the names typed.
+enum Source {
+    Builtin(String),
+    Compiled(PathBuf),
+    File(PathBuf),
+}
+
+/// Reads and compiles. `block` is what was asked for, `fallback` the size otherwise.
+pub(crate) fn load(
+    scenes: &[PathBuf],
+    block: Option<u32>,
+    fallback: u32,
+    quiet: bool,
+) -> Outcome<Scene> {
+    let sources = scenes.iter().map(|name| source(name)).collect::<Outcome<Vec<_>>>()?;
+    if let Some(Source::Compiled(path)) = sources.iter().find(|s| matches!(s, Source::Compiled(_)))
+    {
+        if sources.len() > 1 {
+            return Err(Failure::usage(format_args!(
+                "{}: a compiled scene stands alone; choose a view with --view",
+                path.display()
+            )));
+        }
+        return open(path, block);
+    }
+    let model = {
+        let progress = Progress::new("reading", 0, quiet);
+        progress.message(scenes[0].display().to_string());
+        read(&sources)?
+    };
+    let options = compile::Options { block_bytes: block.unwrap_or(fallback) as usize };
+    let mut stage = None;
+    let mut report = |next: Stage, done: u64, total: u64| {
+        let current = match stage.take() {
+            Some((last, progress)) if last == next => progress,
+            other => {
+                drop(other);
+                Progress::new(next.name(), total, quiet)
+            }
+        };
+        current.set(done);
+        stage = Some((next, current));
+    };
+    let compiled = compile::compile(&model, &options, &mut report).map_err(Failure::new)?;
+    drop(stage);
+    let stats = compiled.stats.clone();
+    let name = match &sources[0] {
+        Source::Builtin(name) => name.replace(':', "-"),
+        Source::Compiled(path) | Source::File(path) => stem(path),
+    };
+    let notes = model.notes.iter().map(ToString::to_string).collect();
+    Ok(Scene { name, file: KiloFile::from_compiled(compiled), stats: Some(stats), notes })
+}
+
+fn open(path: &Path, block: Option<u32>) -> Outcome<Scene> {
+    let file = KiloFile::open(path).map_err(|error| match error {
+        KiloError::Io { path, source } => Failure::io(&path, &source),
+        KiloError::Damaged { path, error } => Failure::file(
+            &path,
+            format!("{error}; the file is damaged or of another version: compile the scene again"),
+        ),
+        other => Failure::new(other),
+    })?;
+    let has = file.view().header().block_bytes;
+    match block {
+        Some(wanted) if wanted != has => Err(Failure::usage(format_args!(
+            "{}: is compiled to blocks of {has} bytes; leave out --block, or compile the scene again",
+            path.display()
+        ))),
+        _ => Ok(Scene { name: stem(path), file, stats: None, notes: Vec::new() }),
+    }
+}
+
+fn stem(path: &Path) -> String {
+    path.file_stem().map_or_else(|| "scene".into(), |stem| stem.to_string_lossy().into_owned())
+}
+
+/// A file where there is one, or where the name looks like one; else a built-in scene.
+fn source(name: &Path) -> Outcome<Source> {
+    let extension = name.extension().and_then(|e| e.to_str()).map(str::to_ascii_lowercase);
+    let text = name.to_string_lossy();
+    if extension.as_deref() == Some("kilo") {
+        return Ok(Source::Compiled(name.to_owned()));
+    }
+    let looks_like_file = extension.is_some() || text.contains(['/', '\\']);
+    if let Ok((entry, size)) = builtin::find(&text)
+        && !looks_like_file
+    {
+        let name =
+            if entry.size.is_some() { format!("{}:{size}", entry.name) } else { text.into() };
+        return Ok(Source::Builtin(name));
+    }
+    if looks_like_file || name.exists() {
+        return Ok(Source::File(name.to_owned()));
+    }
+    match builtin::find(&text) {
+        Err(error @ builtin::BuiltinError::Unknown { .. }) => {
+            Err(Failure::usage(format_args!("{error}; and there is no such file")))
+        }
+        Err(error) => Err(Failure::usage(error)),
+        Ok(_) => Ok(Source::Builtin(text.into())),
+    }
+}
+
+/// One model of all sources, in their order. Views that were named as files come first.
+fn read(sources: &[Source]) -> Outcome<Model> {
+    let files: Vec<_> = sources
+        .iter()
+        .filter_map(|s| if let Source::File(path) = s { Some(path) } else { None })
+        .collect();
+    let mut builtins = sources.iter().filter_map(|s| match s {
+        Source::Builtin(name) => Some(name),
+        _ => None,
+    });
+    let Some(name) = builtins.next() else {
+        return import::load(&files, &ImportOptions::default()).map_err(Failure::new);
+    };
+    if let Some(other) = builtins.next() {
+        return Err(Failure::usage(format_args!(
+            "'{other}' beside '{name}': built-in scenes cannot be put together"
+        )));
+    }
+    let mut model = builtin::build(name).map_err(Failure::usage)?;
+    for path in files {
+        if path.extension().is_none_or(|e| !e.eq_ignore_ascii_case("vf")) {
+            return Err(Failure::usage(format_args!(
+                "{}: only a view (.vf) can stand beside the built-in scene '{name}'",
+                path.display()
+            )));
+        }
+        let view = import::view(&path.to_string_lossy(), None).map_err(Failure::new)?;
+        model.views.insert(0, view);
+    }
+    Ok(model)
+}
+
+impl Scene {
+    /// Says once what was ignored or repaired.
+    pub(crate) fn print_notes(&self, quiet: bool) {
+        if !quiet {
+            for note in &self.notes {
+                failure::warn(note);
+            }
+        }
+    }
+
+    /// The view to render.
+    pub(crate) fn choose_view(&self, choice: Option<&ViewChoice>) -> Outcome<View> {
+        let file = self.file.view();
+        let views = file.views();
+        let names = || {
+            let all: Vec<_> = views
+                .iter()
+                .enumerate()
+                .map(|(i, view)| format!("{} ({})", i + 1, view_name(view)))
+                .collect();
+            if all.is_empty() { "it has none".into() } else { format!("it has {}", all.join(", ")) }
+        };
+        match choice {
+            None => views.first().copied().ok_or_else(|| {
+                Failure::new(format_args!("{}: no view; give one with --view FILE.vf", self.name))
+            }),
+            Some(ViewChoice::Number(number)) => {
+                views.get(*number as usize - 1).copied().ok_or_else(|| {
+                    Failure::usage(format_args!("the scene has no view {number}; {}", names()))
+                })
+            }
+            Some(ViewChoice::Name(name)) => {
+                views.iter().find(|view| view_name(view) == *name).copied().ok_or_else(|| {
+                    Failure::usage(format_args!("the scene has no view '{name}'; {}", names()))
+                })
+            }
+            Some(ViewChoice::Options(text)) => {
+                let view = import::view(text, None).map_err(Failure::new)?;
+                compile::view_in(&file.header().frame, &view)
+                    .ok_or_else(|| Failure::new(format_args!("{text}: the view has no direction")))
+            }
+        }
+    }
+}
+
+/// The name of a view.
+pub(crate) fn view_name(view: &View) -> String {
+    let end = view.name.iter().position(|&b| b == 0).unwrap_or(view.name.len());
+    String::from_utf8_lossy(&view.name[..end]).into_owned()
+}

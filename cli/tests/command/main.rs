@@ -1,0 +1,6 @@
+//! The command as a person meets it: the real binary, its exit codes, messages and files.
+
+mod compare;
+mod compile;
+mod support;
+mod usage;

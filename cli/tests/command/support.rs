@@ -1,0 +1,87 @@
+//! What the tests share: a directory, and the command in it.
+
+use std::{
+    fs,
+    path::{Path, PathBuf},
+    process::{Command, Output},
+};
+
+use tempfile::TempDir;
+
+/// An empty directory in which the command runs.
+pub(crate) struct Folder(TempDir);
+
+impl Folder {
+    pub(crate) fn new() -> Self {
+        Self(tempfile::tempdir().expect("a temporary directory"))
+    }
+
+    pub(crate) fn path(&self) -> &Path {
+        self.0.path()
+    }
+
+    pub(crate) fn file(&self, name: &str, text: impl AsRef<[u8]>) -> PathBuf {
+        let path = self.path().join(name);
+        fs::write(&path, text).expect("a file is written");
+        path
+    }
+
+    /// Names of all files in it.
+    pub(crate) fn names(&self) -> Vec<String> {
+        let mut names: Vec<_> = fs::read_dir(self.path())
+            .expect("the directory")
+            .map(|entry| entry.expect("an entry").file_name().to_string_lossy().into_owned())
+            .collect();
+        names.sort();
+        names
+    }
+
+    pub(crate) fn command(&self) -> Command {
+        let mut command = Command::new(assert_cmd::cargo::cargo_bin!("kiloray"));
+        command.current_dir(self.path());
+        command
+    }
+
+    /// Runs a line of arguments.
+    pub(crate) fn run(&self, line: &str) -> Ran {
+        let arguments = line.split(' ').filter(|word| !word.is_empty());
+        Ran(self.command().args(arguments).output().expect("the command runs"), line.into())
+    }
+}
+
+/// What came of a run.
+pub(crate) struct Ran(Output, String);
+
+impl Ran {
+    pub(crate) fn code(&self) -> Option<i32> {
+        self.0.status.code()
+    }
+
+    pub(crate) fn out(&self) -> String {
+        String::from_utf8_lossy(&self.0.stdout).into_owned()
+    }
+
+    pub(crate) fn err(&self) -> String {
+        String::from_utf8_lossy(&self.0.stderr).into_owned()
+    }
+
+    /// It ended well.
+    #[track_caller]
+    pub(crate) fn done(self) -> Self {
+        assert_eq!(self.code(), Some(0), "{}: {}", self.1, self.err());
+        self
+    }
+
+    /// It ended with this code and one line that has all these parts in it.
+    #[track_caller]
+    pub(crate) fn refused(self, code: i32, parts: &[&str]) -> Self {
+        let message = self.err();
+        assert_eq!(self.code(), Some(code), "{}: {message}", self.1);
+        assert!(message.starts_with("error: "), "{}: {message}", self.1);
+        assert_eq!(message.lines().count(), 1, "{}: {message}", self.1);
+        for part in parts {
+            assert!(message.contains(part), "{}: no '{part}' in: {message}", self.1);
+        }
+        self
+    }
+}

@@ -1,0 +1,119 @@
+//! The command line itself.
+
+use std::process::Stdio;
+
+use crate::support::Folder;
+
+#[test]
+fn help_teaches() {
+    let folder = Folder::new();
+    let help = folder.run("--help").done().out();
+    for command in ["render", "compile", "plan", "compare", "scenes", "completions", "Examples:"] {
+        assert!(help.contains(command), "no '{command}' in: {help}");
+    }
+    for command in ["render", "compile", "plan", "compare"] {
+        let help = folder.run(&format!("{command} --help")).done().out();
+        assert!(help.contains("Examples:"), "{command}: {help}");
+    }
+    let help = folder.run("render --help").done().out();
+    for option in [
+        "--width",
+        "--height",
+        "--view",
+        "--samples",
+        "--shadow-samples",
+        "--bounces",
+        "--lighting",
+        "--seed",
+        "--block",
+        "--threads",
+        "--exposure",
+        "--json",
+        "--report",
+        "--quiet",
+        "--memory",
+    ] {
+        assert!(help.contains(option), "no '{option}' in: {help}");
+    }
+    assert!(folder.run("--version").done().out().contains(env!("CARGO_PKG_VERSION")));
+}
+
+#[test]
+fn senseless_lines_are_refused_in_one_line() {
+    let folder = Folder::new();
+    for (line, part) in [
+        ("render", "SCENE"),
+        ("paint cornell", "paint"),
+        ("render cornell --widht 3", "--width"),
+        ("render cornell --width 0", "1 to 65536"),
+        ("render cornell --width 1000000000 --height 1000000000", "1 to 65536"),
+        ("render cornell --width 65536 --height 65536", "268435456"),
+        ("render cornell --samples -1", "1 to 262144"),
+        ("render cornell --samples 0", "1 to 262144"),
+        ("render cornell --shadow-samples many", "1 to"),
+        ("render cornell --bounces 1000", "0 to 64"),
+        ("render cornell --seed -1", "--seed"),
+        ("render cornell --memory banana", "64KiB"),
+        ("render cornell --memory 64kib", "KiB"),
+        ("render cornell --memory 1.5MiB", "MiB"),
+        ("render cornell --memory 99999999999GiB", "more than"),
+        ("render cornell --block 3KiB", "4KiB"),
+        ("render cornell --threads 0", "1 to 1024"),
+        ("render cornell --lighting global", "direct"),
+        ("render cornell --exposure bright", "auto"),
+        ("render cornell --view 0", "from 1"),
+        ("render cornell --view front", "default"),
+        ("render cornell --view 7", "default"),
+        ("render cornell -o out.jpg", ".png, .hdr or .exr"),
+        ("render cornell -o out", ".png, .hdr or .exr"),
+        ("render cornel", "cornell"),
+        ("render cornell:3", "one size"),
+        ("render sinc:1000000", "2 to 2236"),
+        ("completions tcsh", "bash"),
+    ] {
+        folder.run(line).refused(2, &[part]);
+    }
+    assert!(folder.names().is_empty(), "something is left behind");
+}
+
+#[test]
+fn the_scenes_are_listed() {
+    let folder = Folder::new();
+    let table = folder.run("scenes").done().out();
+    let json = folder.run("scenes --json").done().out();
+    let json: serde_json::Value = serde_json::from_str(&json).unwrap();
+    let all = json.as_array().unwrap();
+    assert!(all.len() >= 8);
+    for scene in all {
+        let name = scene["name"].as_str().unwrap();
+        assert!(table.contains(name), "{name}");
+        assert!(scene["surfaces"].as_u64().unwrap() > 10);
+    }
+}
+
+#[test]
+fn shells_are_completed() {
+    let folder = Folder::new();
+    for shell in ["bash", "zsh", "fish", "powershell", "elvish"] {
+        let script = folder.run(&format!("completions {shell}")).done().out();
+        assert!(script.contains("shadow-samples") && script.contains("kiloray"), "{shell}");
+    }
+}
+
+#[test]
+fn a_reader_that_goes_away_is_no_error() {
+    let folder = Folder::new();
+    for line in ["scenes", "completions bash", "--help", "compile cornell --json -"] {
+        let mut child = folder
+            .command()
+            .args(line.split(' '))
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        drop(child.stdout.take());
+        let ended = child.wait_with_output().unwrap();
+        assert_eq!(String::from_utf8_lossy(&ended.stderr), "", "{line}");
+        assert_eq!(ended.status.code(), Some(0), "{line}");
+    }
+}
