@@ -9,7 +9,6 @@ mod compare;
 mod console;
 mod failure;
 mod framing;
-mod import;
 mod interrupt;
 mod output;
 mod picture;

@@ -6,14 +6,15 @@ use kiloray_core::scene::View;
 use kiloray_scene::{
     builtin,
     compile::{self, Stage, Stats},
+    import::{self, ImportOptions},
     kilo::{KiloError, KiloFile},
     model::Model,
+    needs::Summary,
 };
 
 use crate::{
     args::ViewChoice,
     failure::{self, Failure, Outcome},
-    import::{self, ImportOptions},
     progress::Progress,
 };
 
@@ -26,6 +27,8 @@ pub(crate) struct Scene {
     pub(crate) file: KiloFile,
     /// What the compiler did; `None` for a `.kilo` file.
     pub(crate) stats: Option<Stats>,
+    /// What the compiler left out; `None` for a `.kilo` file.
+    pub(crate) summary: Option<Summary>,
     /// What was ignored or repaired.
     pub(crate) notes: Vec<String>,
 }
@@ -75,13 +78,14 @@ pub(crate) fn load(
     };
     let compiled = compile::compile(&model, &options, &mut report).map_err(Failure::new)?;
     drop(stage);
-    let stats = compiled.stats.clone();
+    let (stats, summary) = (compiled.stats.clone(), compiled.summary.clone());
     let name = match &sources[0] {
         Source::Builtin(name) => name.replace(':', "-"),
         Source::Compiled(path) | Source::File(path) => stem(path),
     };
     let notes = model.notes.iter().map(ToString::to_string).collect();
-    Ok(Scene { name, file: KiloFile::from_compiled(compiled), stats: Some(stats), notes })
+    let file = KiloFile::from_compiled(compiled);
+    Ok(Scene { name, file, stats: Some(stats), summary: Some(summary), notes })
 }
 
 fn open(path: &Path, block: Option<u32>) -> Outcome<Scene> {
@@ -99,7 +103,7 @@ fn open(path: &Path, block: Option<u32>) -> Outcome<Scene> {
             "{}: is compiled to blocks of {has} bytes; leave out --block, or compile the scene again",
             path.display()
         ))),
-        _ => Ok(Scene { name: stem(path), file, stats: None, notes: Vec::new() }),
+        _ => Ok(Scene { name: stem(path), file, stats: None, summary: None, notes: Vec::new() }),
     }
 }
 
@@ -167,6 +171,13 @@ fn read(sources: &[Source]) -> Outcome<Model> {
 }
 
 impl Scene {
+    /// Materials and lights of the input that change nothing, and were left out.
+    pub(crate) fn left_out(&self) -> [u64; 2] {
+        self.summary.as_ref().map_or([0; 2], |summary| {
+            [summary.materials_unused as u64, summary.lights_dark.values().sum()]
+        })
+    }
+
     /// Says once what was ignored or repaired.
     pub(crate) fn print_notes(&self, quiet: bool) {
         if !quiet {

@@ -79,8 +79,11 @@ fn print(scene: &Scene) -> Outcome {
         bytes(header.block_bytes.into()),
         bytes(u64::from(header.blocks) * u64::from(header.block_bytes)),
     ))?;
+    let [materials, lights] = scene
+        .left_out()
+        .map(|n| if n > 0 { format!(" ({n} without effect left out)") } else { String::new() });
     line(format_args!(
-        "tables     {} materials, {} lights, {} views",
+        "tables     {} materials{materials}, {} lights{lights}, {} views",
         file.materials().len(),
         file.lights().len(),
         file.views().len()

@@ -30,7 +30,10 @@ impl Run<'_> {
     /// Light, rays and data that were not needed, by name.
     pub(super) fn skipped(&self) -> Vec<(&'static str, u64)> {
         let c = &self.rendered.report.counts;
+        let [materials, lights] = self.scene.left_out();
         vec![
+            ("materials_without_effect", materials),
+            ("lights_without_effect", lights),
             ("lights_below", c.lights_below),
             ("lights_facing_away", c.lights_facing_away),
             ("lights_out_of_reach", c.lights_out_of_reach),

@@ -164,7 +164,8 @@ pub(crate) fn view(v: &model::View, place: Placement) -> Option<View> {
 /// its direction or up is no direction.
 #[must_use]
 pub fn view_in(frame: &kiloray_core::scene::Frame, v: &model::View) -> Option<View> {
-    view(v, Placement { center: frame.center.into(), exponent: frame.exponent })
+    let center = frame.center.into();
+    view(v, Placement { center, exponent: frame.exponent, lo: center, hi: center })
 }
 
 /// Refuses lights that name a material the model does not have.
