@@ -5,6 +5,7 @@
 
 #[cfg(target_os = "none")]
 mod board;
+mod picture;
 mod rays;
 #[cfg(target_os = "none")]
 mod scene;
@@ -21,5 +22,10 @@ fn main() {
     let file = kiloray_core::block::KiloView::parse(bytes).expect("a sound file");
     file.check_blocks().expect("sound blocks");
     let hits = rays::trace(&file, &mut kiloray_core::trace::Cursor::new()).expect("rays");
-    println!("{} rays, {} hits, hash {:08x}", hits.rays, hits.hits, hits.hash);
+    println!("rays {}, hits {}, hash {:08x}", hits.rays, hits.hits, hits.hash);
+    let mut memory = vec![kiloray_core::store::Chunk::ZERO; 1024];
+    let mut pixels = picture::BLACK;
+    let (counts, _) = picture::render(&file, &mut memory, &mut pixels).expect("a picture");
+    println!("image_hash {}", picture::hash(&pixels));
+    println!("rays {} primary, {} shadow", counts.primary, counts.shadow);
 }
