@@ -28,6 +28,7 @@ mod packed;
 mod plan;
 mod renderer;
 mod sight;
+mod sort;
 mod stack;
 mod tile;
 

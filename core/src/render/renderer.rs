@@ -1,4 +1,5 @@
 use super::packed::{PathRay, Shadow};
+use super::sort::sort_by_key;
 use super::stack::Stack;
 use super::tile::{Places, Tile};
 use super::{Plan, Sight};
@@ -232,7 +233,7 @@ impl<'a> Renderer<'a> {
         let transparent = tables.needs.bits & Needs::TRANSPARENT != 0;
         let materials = transparent.then_some(tables.materials);
         if tables.lights.len() > 1 {
-            self.shadows.items_mut().sort_unstable_by_key(|shadow| shadow.source);
+            sort_by_key(self.shadows.items_mut(), |shadow| shadow.source);
         }
         work.counts.shadow = work.counts.shadow.saturating_add(self.shadows.len() as u64);
         for shadow in self.shadows.items() {

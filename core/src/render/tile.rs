@@ -48,8 +48,8 @@ impl Tiling {
         if index >= self.len() {
             return None;
         }
-        let row = index / self.columns;
-        let column = index % self.columns;
+        let row = index.checked_div(self.columns)?;
+        let column = index.checked_rem(self.columns)?;
         let column = if row.is_multiple_of(2) {
             column
         } else {
@@ -100,7 +100,7 @@ impl Iterator for Places {
     type Item = Place;
 
     fn next(&mut self) -> Option<Place> {
-        let columns = self.tile.width.div_ceil(SQUARE);
+        let columns = self.tile.width.div_ceil(SQUARE).max(1);
         let squares = columns.saturating_mul(self.tile.height.div_ceil(SQUARE));
         while self.square < squares && self.samples > 0 {
             // Two rows of two in each quarter: a Morton curve.

@@ -1,5 +1,6 @@
 //! The primitives of a leaf.
 
+#[cfg(feature = "sphere")]
 use glam::Vec3;
 
 use super::lanes::Lanes;
