@@ -11,8 +11,11 @@
 //! * A packet is accepted once at most. One that a later one has overtaken is dropped, like a lost one.
 //! * From every state the sender gets credit again, if a probe and its answer pass and buffers are released.
 
+use bytemuck::{Pod, Zeroable};
+
 /// The number of a packet on its channel; wraps.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Pod, Zeroable)]
+#[repr(transparent)]
 pub struct Sequence(pub u16);
 
 impl Sequence {
@@ -23,7 +26,8 @@ impl Sequence {
 }
 
 /// The sending end.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Pod, Zeroable)]
+#[repr(C)]
 pub struct CreditSender {
     /// Number of the last packet sent.
     sent: Sequence,
@@ -82,7 +86,8 @@ pub enum Arrival {
 }
 
 /// The receiving end.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Pod, Zeroable)]
+#[repr(C)]
 pub struct CreditReceiver {
     /// Number of the last packet accounted for.
     seen: Sequence,

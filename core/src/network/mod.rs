@@ -2,17 +2,22 @@
 //! a link never overruns the buffer at its far end.
 //!
 //! * [`Topology`] names nodes and ports, and gives the next hop of a deadlock-free route.
-//! * [`CreditSender`] and [`CreditReceiver`] are the two ends of one channel of a link.
+//! * [`CreditSender`] and [`CreditReceiver`] are the two ends of one lane of a link.
+//! * [`Router`] holds the packets of a node: those that pass, arrive and leave.
 //!
 //! The rules that they keep are those of bounded progress: two channels (requests and replies) of
 //! own buffers and own credit, each split in two [classes](Hop::class) where routes wrap round.
 
 mod credit;
 mod grid;
+mod packet;
 mod parse;
+mod router;
 mod topology;
 
 pub use credit::{Arrival, CreditReceiver, CreditSender, Sequence};
 pub use grid::{DIMENSIONS_MAX, Grid};
+pub use packet::{Channel, LANES, Lane, PacketHeader};
 pub use parse::TopologyError;
+pub use router::{Busy, Fifo, PortState, Received, Router, RouterMemory, RouterSize, Slot};
 pub use topology::{Hop, NODES_MAX, NodeId, Port, Topology};

@@ -3,7 +3,10 @@
 #![no_main]
 
 use core::hint::black_box;
-use kiloray_core::network::{CreditReceiver, CreditSender, Grid, NodeId, Port, Sequence, Topology};
+use kiloray_core::network::{
+    Channel, CreditReceiver, CreditSender, Fifo, Grid, NodeId, Port, PortState, Router,
+    RouterMemory, RouterSize, Sequence, Slot, Topology,
+};
 use kiloray_no_panic::{any, any_bytes, any_room, entry, print};
 
 #[inline(never)]
@@ -31,9 +34,31 @@ fn credits() {
     }
 }
 
+#[inline(never)]
+fn router(topology: Topology, bytes: &mut [u8]) {
+    let mut slots: [Slot; 32] = bytemuck::Zeroable::zeroed();
+    let mut fifos = [Fifo::default(); 32];
+    let mut ports: [PortState; 8] = bytemuck::Zeroable::zeroed();
+    let memory = RouterMemory { slots: &mut slots, fifos: &mut fifos, ports: &mut ports, bytes };
+    let size = RouterSize { ports: any(), classes: any(), depth: any(), payload: any() };
+    let Some(mut router) = Router::new(topology, NodeId(any()), size, memory) else { return };
+    for _ in 0..any::<u32>() {
+        for channel in Channel::ALL {
+            black_box(router.inject(NodeId(any()), channel, any(), any_bytes()).is_ok());
+            black_box((router.room(channel), router.arrived(channel)));
+            router.consume(channel);
+        }
+        black_box(router.receive(Port(any()), any_bytes(), |node| node.0 == any::<u16>()));
+        black_box(router.transmit(Port(any()), any_room(&mut [0; 64])));
+        black_box((router.forget(NodeId(any())), router.buffered()));
+        router.remind();
+    }
+}
+
 entry!({
     topology(&Topology::Tree { nodes: any(), arity: any() });
     topology(&Topology::Full { nodes: any() });
+    router(Topology::Full { nodes: any() }, any_room(&mut [0; 512]));
     if let Some(grid) = Grid::new(any_room(&mut [1; 4]), any::<u8>() == 0) {
         topology(&Topology::Grid(grid));
     }
