@@ -63,15 +63,20 @@ pub(crate) fn measure(reference: &Picture, image: &Picture, mask: &[bool]) -> Op
     sorted.sort_by(f64::total_cmp);
     Some(Measures {
         pixels: count as u64,
-        mean_ratio: of_image / of_reference,
-        mean_ratio_rgb: [r, g, b].map(|(image, reference)| image / reference),
+        mean_ratio: ratio(of_image, of_reference),
+        mean_ratio_rgb: [r, g, b].map(|(image, reference)| ratio(image, reference)),
         rmse,
-        relative_rmse: rmse / (of_reference / (3 * count) as f64),
+        relative_rmse: if rmse == 0.0 { 0.0 } else { rmse / (of_reference / (3 * count) as f64) },
         p50: percentile(&sorted, 0.50),
         p90: percentile(&sorted, 0.90),
         p99: percentile(&sorted, 0.99),
         max: percentile(&sorted, 1.0),
     })
+}
+
+/// Nothing is as much as nothing.
+fn ratio(image: f64, reference: f64) -> f64 {
+    if image == reference { 1.0 } else { image / reference }
 }
 
 /// Linear between the two nearest ranks; `sorted` is not empty.

@@ -2,5 +2,6 @@
 
 mod compare;
 mod compile;
+mod render;
 mod support;
 mod usage;

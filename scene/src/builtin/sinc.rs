@@ -55,7 +55,7 @@ pub(super) fn build(s: &mut Shaper, n: u32) {
         lamp,
     );
     s.distant(DVec3::Z, core::f64::consts::PI, DVec3::new(0.12, 0.15, 0.2));
-    s.view(DVec3::new(9.5, -15.5, 8.6), DVec3::new(0.0, -0.6, 0.1), 38.0, 1.5);
+    s.view(DVec3::new(11.0, -18.5, 10.5), DVec3::new(0.3, -0.9, 0.0), 36.0, 1.5);
 }
 
 /// Height and slope.

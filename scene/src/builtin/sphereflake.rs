@@ -30,7 +30,7 @@ pub(super) fn build(s: &mut Shaper, n: u32) {
         s.material(material);
     }
     let ground = s.material(matt("ground", [0.30, 0.29, 0.28]));
-    let lamp = s.material(light("lamp", [34.0, 31.0, 27.0]));
+    let lamp = s.material(light("lamp", [46.0, 41.0, 34.0]));
 
     s.sphere(DVec3::ZERO, 1.0, first);
     children(s, n, 1, DVec3::ZERO, 1.0, DVec3::Z, first);
@@ -41,8 +41,8 @@ pub(super) fn build(s: &mut Shaper, n: u32) {
         DVec3::new(1.6, 1.6, 1.5),
         lamp,
     );
-    s.distant(DVec3::Z, PI, DVec3::new(0.42, 0.48, 0.58));
-    s.view(DVec3::new(2.6, -4.6, 2.1), DVec3::new(0.0, 0.0, -0.08), 36.0, 1.25);
+    s.distant(DVec3::Z, PI, DVec3::new(0.26, 0.31, 0.40));
+    s.view(DVec3::new(4.3, -6.6, 3.1), DVec3::new(0.0, 0.0, 0.3), 27.0, 1.25);
 }
 
 fn children(

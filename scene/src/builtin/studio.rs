@@ -9,7 +9,7 @@ use super::{
 };
 
 /// Four heaps on four stands in a room of 14 m × 11 m × 4.5 m.
-const SPOTS: [[f64; 2]; 4] = [[-2.9, 1.2], [0.1, -0.9], [2.9, 1.6], [0.4, 3.4]];
+const SPOTS: [[f64; 2]; 4] = [[-2.2, 1.1], [0.35, -1.1], [2.5, 1.5], [-0.15, 3.6]];
 /// Radius of a stand and its height \[m\].
 const STAND: [f64; 2] = [0.95, 0.55];
 const STAND_SEGMENTS: u32 = 64;
@@ -87,20 +87,28 @@ fn heap(
     random: &mut Random,
 ) {
     // What a heap holds does not depend on how finely it is cut.
-    let size = 0.85 * libm::cbrt(1.0 / f64::from(of.max(4)));
+    let size = 0.92 * libm::cbrt(1.0 / f64::from(of.max(4)));
     const CELLS: usize = 48;
     let mut height = vec![0.0f64; CELLS * CELLS];
     for object in objects {
         let scale = size * random.range(0.65, 1.35);
-        let far = (STAND[0] - scale).max(0.0) * libm::sqrt(random.unit()) * 0.97;
-        let round = DVec2::from_angle(TAU * random.unit()) * far;
-        let near = |cell: usize| {
-            let [i, j] = [cell % CELLS, cell / CELLS]
-                .map(|c| STAND[0] * (2.0 * (c as f64 + 0.5) / CELLS as f64 - 1.0));
-            (DVec2::new(i, j) - round).length() < 0.8 * scale
+        // Of a few places the lowest, as what rolls finds it.
+        let places: [_; 5] = std::array::from_fn(|_| {
+            let far = (STAND[0] - scale).max(0.0) * libm::sqrt(random.unit()) * 0.97;
+            let round = DVec2::from_angle(TAU * random.unit()) * far;
+            let near = |cell: &usize| {
+                let [i, j] = [cell % CELLS, cell / CELLS]
+                    .map(|c| STAND[0] * (2.0 * (c as f64 + 0.5) / CELLS as f64 - 1.0));
+                (DVec2::new(i, j) - round).length() < 0.7 * scale
+            };
+            let cells: Vec<_> = (0..CELLS * CELLS).filter(near).collect();
+            let rest = cells.iter().map(|&cell| height[cell]).fold(0.0, f64::max);
+            (rest, round, cells)
+        });
+        let Some((rest, round, cells)) = places.into_iter().min_by(|a, b| a.0.total_cmp(&b.0))
+        else {
+            continue;
         };
-        let cells: Vec<_> = (0..CELLS * CELLS).filter(|&cell| near(cell)).collect();
-        let rest = cells.iter().map(|&cell| height[cell]).fold(0.0, f64::max);
         let place = DAffine3::from_translation(round.extend(rest))
             * DAffine3::from_rotation_z(TAU * random.unit())
             * DAffine3::from_scale(DVec3::splat(scale));

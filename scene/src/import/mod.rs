@@ -48,11 +48,12 @@ pub struct ImportOptions {
 /// If a file cannot be read or is not as its format demands, or if the scene is empty.
 pub fn load<P: AsRef<Path>>(paths: &[P], options: &ImportOptions) -> Result<Model, ImportError> {
     let mut model = Model::default();
+    let mut names = radiance::Names::default();
     for path in paths {
         let path = path.as_ref();
         let kind = path.extension().and_then(|e| e.to_str()).unwrap_or_default();
         match kind.to_ascii_lowercase().as_str() {
-            "rad" | "mat" => radiance::read(&mut model, path, &options.limits)?,
+            "rad" | "mat" => radiance::read(&mut model, &mut names, path, &options.limits)?,
             "vf" => view::read(&mut model, path, &options.limits)?,
             "obj" => obj::read(&mut model, path, &options.limits)?,
             other => return Err(refusal(path, other)),

@@ -34,9 +34,17 @@ use std::path::Path;
 use super::{ImportError, Limits};
 use crate::model::Model;
 
-/// Reads a file into the model.
-pub(super) fn read(model: &mut Model, path: &Path, limits: &Limits) -> Result<(), ImportError> {
-    reader::Reader::new(model, limits).file(path)
+pub(super) use names::Names;
+
+/// Reads a file into the model. Its modifiers are added to `names`: the files of a command line
+/// are read as one, as by `oconv`.
+pub(super) fn read(
+    model: &mut Model,
+    names: &mut Names,
+    path: &Path,
+    limits: &Limits,
+) -> Result<(), ImportError> {
+    reader::Reader::new(model, names, limits).file(path)
 }
 
 #[cfg(test)]

@@ -23,7 +23,7 @@ pub(super) struct Definition {
 
 /// What the names of modifiers stand for at this place of the input: the last definition counts.
 #[derive(Debug, Default)]
-pub(super) struct Names {
+pub(in crate::import) struct Names {
     by_name: HashMap<Vec<u8>, Modifier>,
     definitions: Vec<Definition>,
 }

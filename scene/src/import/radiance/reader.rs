@@ -26,7 +26,7 @@ pub(super) struct Arguments {
 pub(super) struct Reader<'a> {
     model: &'a mut Model,
     limits: &'a Limits,
-    names: Names,
+    names: &'a mut Names,
     /// Text of the files read so far: a copy of an array reads it again.
     texts: HashMap<PathBuf, Arc<[u8]>>,
     /// The files being read, from the outermost.
@@ -37,11 +37,11 @@ pub(super) struct Reader<'a> {
 }
 
 impl<'a> Reader<'a> {
-    pub(super) fn new(model: &'a mut Model, limits: &'a Limits) -> Self {
+    pub(super) fn new(model: &'a mut Model, names: &'a mut Names, limits: &'a Limits) -> Self {
         Self {
             model,
             limits,
-            names: Names::default(),
+            names,
             texts: HashMap::new(),
             open: Vec::new(),
             text_bytes: 0,
