@@ -6,8 +6,10 @@ use super::bounds::{Bounds, Item};
 use super::split::{cuts, halves, partition};
 use super::tree::{Kid, Node};
 
-/// Cost of a visit to a node, in tests of a record.
-const NODE_COST: f32 = 1.5;
+/// Cost of a visit to a node, in tests of a record. On a million triangles 1, 1.5, 2 and 3 trace
+/// equally fast within 2 %, and take 19.9, 18.1, 16.6 and 15.2 bytes per triangle; above 2 there are more
+/// tests of records than visits saved.
+const NODE_COST: f32 = 2.0;
 /// Levels that cuts may make; the rest is left for leaves that are pushed down.
 const LEVELS: usize = DEPTH_MAX - super::fit::LEVELS;
 

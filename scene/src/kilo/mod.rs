@@ -3,6 +3,8 @@
 
 mod file;
 mod image;
+#[cfg(test)]
+mod tests;
 mod tree;
 mod write;
 
