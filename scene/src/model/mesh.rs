@@ -122,6 +122,9 @@ impl Model {
             self.note("a face without area: dropped");
             return Ok(None);
         }
+        if self.is_void(material) {
+            return Ok(Some(points));
+        }
         let normals =
             normals.map(|n| if (n as usize) < self.normals.len() { n } else { NO_NORMAL });
         let normals = if normals.contains(&NO_NORMAL) { [NO_NORMAL; 3] } else { normals };

@@ -12,8 +12,9 @@
 //!
 //! Materials: `Kd` is diffuse reflectance, `Ks` specular reflectance with a roughness of
 //! `sqrt(2 / (Ns + 2))`, for which Ward's lobe is as wide as Blinn's of exponent `Ns`; `Ke` is emitted
-//! radiance. `illum 5` (or 3 with a black `Kd`) is a mirror; `d` below 1 (or `Tr` above 0), or
-//! `illum` 4, 6, 7 or 9, is a dielectric of index `Ni` and colour `Tf`, or a thin pane where `Ni` is 1.
+//! radiance. `illum 5`, or 3 with a black `Kd`, is a mirror. `d` below 1 (`Tr` above 0), or `illum`
+//! 4, 6, 7 or 9, is clear: a dielectric of index `Ni` if that is given and above 1, else a thin pane
+//! that lets `Tf` times `1 - d` through (all of `Tf` where `d` is 1).
 //! Textures are left out and counted.
 
 mod mesh;
