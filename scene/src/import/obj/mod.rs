@@ -1,7 +1,7 @@
 //! Wavefront meshes (`.obj`) and their materials (`.mtl`).
 //!
-//! Faces, groups and materials are read here rather than by `tobj`, which names no line, invents
-//! normals for faces without, and does arithmetic on unchecked indices; materials are read by it.
+//! Both are read here. The usual crate, `tobj` (4.0.5), names no line of an error, makes up normals
+//! for faces without, does arithmetic on unchecked indices, and panics at a `Ks` without numbers.
 //!
 //! - `v`, `vn`, `f` (also with negative indices), `usemtl`, `mtllib` are read; `vt`, groups,
 //!   objects and smoothing groups have no effect; points, lines and free-form surfaces are left

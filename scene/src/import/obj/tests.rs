@@ -67,6 +67,8 @@ fn materials_become_ours() {
     assert_eq!((m.kind, m.ior), (MaterialKind::Dielectric, 1.33));
     let (m, _) = material("Tr .5\nTf .5 1 1");
     assert_eq!((m.kind, m.transmit), (MaterialKind::Glass, dvec3(0.25, 0.5, 0.5)));
+    let (m, _) = material("Kd .25\nd -halo .5");
+    assert_eq!((m.kind, m.transmit), (MaterialKind::Glass, DVec3::splat(0.5)));
     let (m, model) = material("Kd .9 .9 .9\nKs .4 .4 .4\nmap_Kd brick.png");
     assert_eq!(m.diffuse, DVec3::splat(0.6));
     assert_eq!(notes(&model).len(), 2);
@@ -114,11 +116,13 @@ fn lines_join_and_odd_statements_are_left_out() {
 #[test]
 fn errors_of_a_material_file_name_its_line() {
     for (mtl, says) in [
-        ("newmtl a\nKd 1 x 1\n", "m.mtl:2: "),
-        ("newmtl b\nKd 1 1 1\nnewmtl a\nNs nan\n", "m.mtl:3: material `a`: a value is not"),
-        ("newmtl a\nKd -1 0 0\n", "m.mtl:1: material `a`: a value is below zero"),
-        ("newmtl a\nKs 1 1e999 0\n", "m.mtl:1: material `a`: a value is not"),
-        ("newmtl \n", "m.mtl:1: "),
+        ("newmtl a\nKd 1 x 1\n", "m.mtl:2: `x` is not a number"),
+        ("newmtl b\nKd 1 1 1\nnewmtl a\nNs nan\n", "m.mtl:4: `nan` is not a finite"),
+        ("newmtl a\nKd -1 0 0\n", "m.mtl:2: `-1` is below zero"),
+        ("newmtl a\nKs 1 1e999 0\n", "m.mtl:2: `1e999` is not a finite"),
+        ("newmtl a\nKs\n", "m.mtl:2: a colour needs"),
+        ("newmtl a\nNs\n", "m.mtl:2: a number is missing"),
+        ("newmtl \n", "m.mtl:1: newmtl without a name"),
     ] {
         let obj = format!("{CORNERS}mtllib m.mtl\nf 1 2 3\n");
         let files = Files::new(&[("a.obj", &obj), ("m.mtl", mtl)]);

@@ -1,0 +1,18 @@
+//! Mutation fuzzing of every parser, on stable Rust.
+//!
+//! `cargo run --release -p kiloray-fuzz -- --seconds 600` takes each [`Target`] in turn: it mutates
+//! the seeds of `fuzz/corpus/TARGET`, keeps what brings out a new answer (a new kind of error or
+//! note), and demands that no input panics, hangs or takes more memory than [`memory_max`]. What
+//! breaks is written to `fuzz/found/` and fails the run; `--replay FILE` runs one file again. The
+//! tests of this crate run the seeds and a few thousand mutations of each.
+//!
+//! Everything follows from the seed that is printed, except where the time limit cuts it off.
+
+mod corpus;
+mod mutate;
+mod run;
+mod target;
+
+pub use corpus::seeds;
+pub use run::{Finding, Report, Run, memory_max};
+pub use target::Target;

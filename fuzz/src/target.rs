@@ -1,0 +1,127 @@
+use std::fs;
+use std::path::Path;
+
+use kiloray_scene::compile::{Options, compile};
+use kiloray_scene::import::{self, ImportOptions, Limits};
+use kiloray_scene::kilo::KiloFile;
+
+/// A parser, and how it is fed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Target {
+    /// A Radiance scene, which may include itself and another file.
+    Rad,
+    /// A Wavefront mesh, with a file of materials at hand.
+    Obj,
+    /// The materials of a Wavefront mesh.
+    Mtl,
+    /// A file of view options.
+    Vf,
+    /// View options of the command line.
+    View,
+    /// A compiled scene.
+    Kilo,
+    /// A Radiance scene, read and compiled.
+    Compile,
+}
+
+impl Target {
+    /// All of them.
+    pub const ALL: [Self; 7] =
+        [Self::Rad, Self::Obj, Self::Mtl, Self::Vf, Self::View, Self::Kilo, Self::Compile];
+
+    /// Its name on the command line and in the corpus.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Rad => "rad",
+            Self::Obj => "obj",
+            Self::Mtl => "mtl",
+            Self::Vf => "vf",
+            Self::View => "view",
+            Self::Kilo => "kilo",
+            Self::Compile => "compile",
+        }
+    }
+
+    /// The target of this name.
+    #[must_use]
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|t| t.name() == name)
+    }
+
+    /// Feeds the parser once, and tells its answer: the kinds of errors and notes.
+    pub(crate) fn feed(self, input: &[u8], dir: &Path) -> String {
+        match self {
+            Self::Rad => load(dir, "a.rad", input),
+            Self::Obj => load(dir, "a.obj", input),
+            Self::Vf => load(dir, "a.vf", input),
+            Self::Mtl => {
+                // A mesh that uses them stands beside it.
+                write(dir, "a.mtl", input);
+                load(dir, "b.obj", b"mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl a\nf 1 2 3\n")
+            }
+            Self::View => {
+                // A leading dash: options, never the name of a file.
+                let text = format!("-vp {}", String::from_utf8_lossy(input));
+                import::view(&text, None)
+                    .map_or_else(|e| e.to_string(), |v| format!("{:?}", v.kind))
+            }
+            Self::Kilo => match KiloFile::from_bytes(input) {
+                Err(error) => error.to_string(),
+                Ok(file) => format!("{:?}", file.view().check_blocks()),
+            },
+            Self::Compile => {
+                write(dir, "a.rad", input);
+                let options = ImportOptions { limits: limits(), ..ImportOptions::default() };
+                match import::load(&[dir.join("a.rad")], &options) {
+                    Err(error) => error.to_string(),
+                    Ok(model) => match compile(&model, &Options::default(), &mut |_, _, _| {}) {
+                        Err(error) => error.to_string(),
+                        Ok(compiled) => {
+                            let again =
+                                KiloFile::from_bytes(KiloFile::from_compiled(compiled).bytes());
+                            assert!(again.is_ok(), "what is compiled can be opened: {again:?}");
+                            "compiled".to_owned()
+                        }
+                    },
+                }
+            }
+        }
+    }
+}
+
+/// Reads a file within small limits.
+fn load(dir: &Path, name: &str, input: &[u8]) -> String {
+    write(dir, name, input);
+    let options = ImportOptions { limits: limits(), ..ImportOptions::default() };
+    match import::load(&[dir.join(name)], &options) {
+        Err(error) => {
+            let line = error.to_string();
+            assert!(!line.contains(['\n', '\r']), "an error is one line: {line:?}");
+            line
+        }
+        Ok(model) => {
+            let finite = model.vertices.iter().all(|v| !v.is_nan());
+            assert!(finite, "no vertex is NaN");
+            let count = model.vertices.len() as u32;
+            assert!(model.triangles.iter().flat_map(|t| t.vertices).all(|i| i < count));
+            model.notes.iter().map(|note| format!("{}\n", note.text)).collect()
+        }
+    }
+}
+
+/// Small enough that an input is read in milliseconds.
+fn limits() -> Limits {
+    Limits {
+        file_bytes: 1 << 20,
+        text_bytes: 1 << 22,
+        surfaces: 20_000,
+        corners: 1 << 10,
+        copies: 1 << 10,
+        depth: 8,
+    }
+}
+
+fn write(dir: &Path, name: &str, input: &[u8]) {
+    fs::write(dir.join(name), input).expect("the directory of the run can be written");
+}

@@ -1,0 +1,48 @@
+//! The seeds and a few thousand mutations of each: the same every time.
+
+use kiloray_fuzz::{Run, Target, seeds};
+
+fn brief(target: Target, inputs_max: u64) {
+    assert!(!seeds(target).is_empty(), "{target:?} has no seeds");
+    let report = Run { target, seed: 1, inputs_max, until: None }.run();
+    if let Some(finding) = &report.finding {
+        let text = String::from_utf8_lossy(&finding.input);
+        panic!("{target:?}: {}\n{text}", finding.what);
+    }
+    assert!(report.inputs > inputs_max && report.answers > 1, "{target:?}: {report:?}");
+}
+
+#[test]
+fn rad() {
+    brief(Target::Rad, 2000);
+}
+
+#[test]
+fn obj() {
+    brief(Target::Obj, 2000);
+}
+
+#[test]
+fn mtl() {
+    brief(Target::Mtl, 2000);
+}
+
+#[test]
+fn vf() {
+    brief(Target::Vf, 2000);
+}
+
+#[test]
+fn view() {
+    brief(Target::View, 2000);
+}
+
+#[test]
+fn kilo() {
+    brief(Target::Kilo, 200);
+}
+
+#[test]
+fn compile() {
+    brief(Target::Compile, 100);
+}
