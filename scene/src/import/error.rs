@@ -76,7 +76,8 @@ pub(super) fn syntax(text: impl Into<String>) -> Cause {
     Cause::Syntax(text.into())
 }
 
-/// A place in a file, the file named as the user did.
+/// A place in a file, the file named as the user did; in one line, whatever the name holds.
 pub(super) fn place(path: &Path, line: u64) -> Place {
-    Place { file: Some(path.to_string_lossy().into()), line }
+    let name = path.to_string_lossy().replace(char::is_control, "?");
+    Place { file: Some(name.into()), line }
 }

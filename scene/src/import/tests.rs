@@ -172,8 +172,11 @@ fn binary_files_are_refused() {
         fs::write(files.path(name), &noise).unwrap();
         assert_eq!(files.error(name), format!("{name}: a binary file where text is expected"));
     }
-    let files = Files::new(&[("d.rad/x", "")]);
-    assert!(files.error("d.rad").contains("cannot be read"));
+    let files = Files::new(&[("d.rad/x", ""), ("zero.rad", "!xform /dev/zero\n")]);
+    assert!(files.error("d.rad").contains("not a regular file"));
+    assert!(files.error("zero.rad").starts_with("/dev/zero: "));
+    let odd = error::place(std::path::Path::new("a\rb\nc.obj"), 2);
+    assert_eq!(odd.to_string(), "a?b?c.obj:2");
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! Whole files as text, bounded.
 
-use std::fs::File;
+use std::fs::{self, File};
 use std::io::{self, Read};
 use std::path::Path;
 
@@ -8,19 +8,25 @@ use super::{Cause, Limits};
 
 /// Reads a file that is text: not larger than the limit, and without zero bytes.
 pub(super) fn read(path: &Path, limits: &Limits) -> Result<Vec<u8>, Cause> {
-    let file = match File::open(path) {
+    let known = match fs::metadata(path) {
         Err(error) if error.kind() == io::ErrorKind::NotFound => return Err(Cause::Missing),
-        file => file?,
+        known => known?,
     };
-    let known = file.metadata()?.len();
+    // A pipe or a device may have no end, or never begin.
+    if !known.is_file() {
+        return Err(Cause::Kind("cannot be read: not a regular file"));
+    }
     let too_long =
         || Cause::Limit { what: "the file is too long [bytes]", limit: limits.file_bytes };
-    if known > limits.file_bytes {
+    if known.len() > limits.file_bytes {
         return Err(too_long());
     }
-    // A device or a pipe says nothing of its length.
-    let mut text = Vec::with_capacity(usize::try_from(known).unwrap_or(0));
-    file.take(limits.file_bytes.saturating_add(1)).read_to_end(&mut text)?;
+    let mut file = File::open(path)?.take(limits.file_bytes.saturating_add(1));
+    let mut text = Vec::with_capacity(usize::try_from(known.len()).unwrap_or(0));
+    // What is no text shows it soon.
+    file.by_ref().take(1 << 16).read_to_end(&mut text)?;
+    check(&text)?;
+    file.read_to_end(&mut text)?;
     if text.len() as u64 > limits.file_bytes {
         return Err(too_long());
     }
@@ -29,7 +35,7 @@ pub(super) fn read(path: &Path, limits: &Limits) -> Result<Vec<u8>, Cause> {
 }
 
 /// Refuses what is no text.
-pub(super) fn check(text: &[u8]) -> Result<(), Cause> {
+fn check(text: &[u8]) -> Result<(), Cause> {
     // No text holds a zero byte, UTF-16 does: neither is read. Control characters stand for the
     // compressed and the encrypted.
     let head = text.get(..4096.min(text.len())).unwrap_or_default();

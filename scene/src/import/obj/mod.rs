@@ -20,7 +20,7 @@
 mod mesh;
 mod mtl;
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::path::Path;
 
 use super::error::{place, syntax};
@@ -32,7 +32,14 @@ use crate::model::{Material, Model};
 pub(super) fn read(model: &mut Model, path: &Path, limits: &Limits) -> Result<(), ImportError> {
     let text = text::read(path, limits).map_err(|c| ImportError::new(place(path, 0), c))?;
     model.notes.set_place(place(path, 0));
-    let mut materials = Materials { limits, path, known: HashMap::new(), fallback: None };
+    let mut materials = Materials {
+        limits,
+        path,
+        known: HashMap::new(),
+        files: HashSet::new(),
+        text_bytes: 0,
+        fallback: None,
+    };
     mesh::read(model, &text, path, &mut materials)
 }
 
@@ -41,6 +48,9 @@ struct Materials<'a> {
     limits: &'a Limits,
     path: &'a Path,
     known: HashMap<Vec<u8>, (Material, Option<u16>)>,
+    /// The files read so far: each counts once.
+    files: HashSet<Vec<u8>>,
+    text_bytes: u64,
     /// The index of the default.
     fallback: Option<u16>,
 }
@@ -48,6 +58,9 @@ struct Materials<'a> {
 impl Materials<'_> {
     /// Reads a file of materials; a missing one is noted.
     fn read(&mut self, model: &mut Model, name: &[u8]) -> Result<(), ImportError> {
+        if !self.files.insert(name.to_owned()) {
+            return Ok(());
+        }
         let file = Path::new(std::str::from_utf8(name).unwrap_or_default());
         let file = self.path.parent().unwrap_or(Path::new("")).join(file);
         let text = match text::read(&file, self.limits) {
@@ -59,6 +72,12 @@ impl Materials<'_> {
             }
             Err(cause) => return Err(ImportError::new(place(&file, 0), cause)),
         };
+        self.text_bytes = self.text_bytes.saturating_add(text.len() as u64);
+        if self.text_bytes > self.limits.text_bytes {
+            let limit = self.limits.text_bytes;
+            let cause = Cause::Limit { what: "too much text in all [bytes]", limit };
+            return Err(ImportError::new(place(&file, 0), cause));
+        }
         let outer = model.notes.place().clone();
         model.notes.set_place(place(&file, 0));
         for material in mtl::read(model, &text, &file)? {
