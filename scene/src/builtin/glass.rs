@@ -22,7 +22,7 @@ pub(super) fn build(s: &mut Shaper) {
     s.lamp(DVec3::new(-2.6, -2.2, 6.0), DVec3::Y * 2.0, DVec3::X * 2.0, warm);
     s.lamp(DVec3::new(5.8, -2.0, 1.2), DVec3::new(0.0, 3.6, 0.0), DVec3::new(0.0, 0.0, 2.6), cool);
     s.distant(DVec3::Z, PI, DVec3::new(0.16, 0.19, 0.24));
-    s.view(DVec3::new(0.3, -7.4, 2.7), DVec3::new(0.05, 0.3, 0.72), 30.0, 1.5);
+    s.view(DVec3::new(0.3, -7.4, 2.7), DVec3::new(0.05, 0.3, 0.78), 33.0, 1.5);
 }
 
 fn floor(s: &mut Shaper) {
