@@ -66,12 +66,19 @@ impl Gloss {
     fn new(material: &Material, kind: MaterialKind, surface: &Surface) -> Self {
         let none = Self { ahead: -surface.outgoing, ..Self::NONE };
         match kind {
-            MaterialKind::Opaque => Self {
-                reflect: material.specular.into(),
-                transmit: Vec3::from(material.transmit) * material.transmit_specular,
-                alpha: if material.roughness < ROUGHNESS_MIN { 0.0 } else { material.roughness },
-                ..none
-            },
+            MaterialKind::Opaque => {
+                let reflect = Vec3::from(material.specular);
+                let transmit = Vec3::from(material.transmit) * material.transmit_specular;
+                // The roughness of nothing costs nothing.
+                let glossy = reflect != Vec3::ZERO || transmit != Vec3::ZERO;
+                let rough = glossy && material.roughness >= ROUGHNESS_MIN;
+                Self {
+                    reflect,
+                    transmit,
+                    alpha: if rough { material.roughness } else { 0.0 },
+                    ..none
+                }
+            }
             MaterialKind::Mirror => Self { reflect: material.specular.into(), ..none },
             MaterialKind::Dielectric => {
                 let index = index(material);

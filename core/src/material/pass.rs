@@ -32,7 +32,7 @@ pub fn crossing(material: &Material, ray: &Ray, hit: &Hit) -> OpticalDepth {
     match MaterialKind::from_u32(material.kind) {
         Some(MaterialKind::Void) => OpticalDepth::CLEAR,
         Some(MaterialKind::Glass) => {
-            let surface = Surface::new(ray, hit);
+            let surface = Surface::new(ray, hit, false);
             let cos = surface.normal.dot(surface.outgoing);
             OpticalDepth::of(fresnel::pane(cos, index(material), material.transmit.into()).1)
         }

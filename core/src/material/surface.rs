@@ -19,7 +19,7 @@ pub struct Surface {
     /// Where rays begin that leave on the side of `normal`: they cannot hit the primitive again
     /// ([`SurfacePoint::spawn`](crate::geometry::SurfacePoint::spawn)).
     pub above: Vec3,
-    /// Where rays begin that go on behind it.
+    /// Where rays begin that go on behind it; `above` if none will.
     pub below: Vec3,
     /// Unit geometric normal, on the side that the ray came from.
     pub normal: Vec3,
@@ -39,18 +39,19 @@ pub struct Surface {
 const FACING_MIN: f32 = 1.0 / 64.0;
 
 impl Surface {
-    /// The surface that a ray hit.
+    /// The surface that a ray hit; `through` if rays may go on behind it.
     #[must_use]
-    pub fn new(ray: &Ray, hit: &Hit) -> Self {
+    pub fn new(ray: &Ray, hit: &Hit, through: bool) -> Self {
         let len = libm::sqrtf(ray.direction.dot(ray.direction));
         let outgoing = -ray.direction / len;
         let point = hit.surface(ray);
         let front = point.normal.dot(outgoing) >= 0.0;
         let normal = if front { point.normal } else { -point.normal };
+        let above = point.spawn(normal).origin;
         Self {
             position: point.position,
-            above: point.spawn(normal).origin,
-            below: point.spawn(-normal).origin,
+            above,
+            below: if through { point.spawn(-normal).origin } else { above },
             normal,
             shading: interpolated(hit).map_or(normal, |n| facing(n, normal, outgoing)),
             outgoing,
@@ -113,6 +114,7 @@ mod tests {
         let above = Surface::new(
             &ray(Vec3::new(0.25, 0.25, 2.0), Vec3::NEG_Z * 2.0),
             &hit(vertices, None, 1.0, 0.25, 0.25),
+            true,
         );
         assert!(above.front);
         assert_eq!((above.normal, above.shading, above.outgoing), (Vec3::Z, Vec3::Z, Vec3::Z));
@@ -120,6 +122,7 @@ mod tests {
         let below = Surface::new(
             &ray(Vec3::new(0.25, 0.25, -2.0), Vec3::Z),
             &hit(vertices, None, 2.0, 0.25, 0.25),
+            true,
         );
         assert!(!below.front);
         assert_eq!(below.normal, Vec3::NEG_Z);
@@ -130,7 +133,7 @@ mod tests {
     fn slivers_have_their_normal() {
         let tiny = 1e-22;
         let vertices = [Vec3::ZERO, Vec3::X * tiny, Vec3::new(0.5 * tiny, tiny * 1e-6, 0.0)];
-        let s = Surface::new(&ray(Vec3::Z, Vec3::NEG_Z), &hit(vertices, None, 1.0, 0.3, 0.3));
+        let s = Surface::new(&ray(Vec3::Z, Vec3::NEG_Z), &hit(vertices, None, 1.0, 0.3, 0.3), true);
         assert_eq!(s.normal, Vec3::Z);
     }
 
@@ -144,7 +147,7 @@ mod tests {
             prop_assume!(direction.length() > 0.1 && direction.z.abs() > 1e-3);
             let codes = n.map(|n| octahedral::encode(Vec3::from(n)));
             let vertices = [Vec3::ZERO, Vec3::X, Vec3::Y];
-            let s = Surface::new(&ray(Vec3::ZERO, direction), &hit(vertices, Some(codes), 0.0, 0.2, 0.3));
+            let s = Surface::new(&ray(Vec3::ZERO, direction), &hit(vertices, Some(codes), 0.0, 0.2, 0.3), true);
             prop_assert!((s.shading.length() - 1.0).abs() < 1e-5);
             prop_assert!(s.shading.dot(s.normal) > 0.0);
             prop_assert!(s.shading.dot(s.outgoing) > 0.0);

@@ -54,11 +54,13 @@ impl<'a> Shader<'a> {
     #[must_use]
     pub fn arrive(&self, path: &Path, ray: &Ray, hit: Option<&Hit>) -> (Sum, Option<Point>) {
         let Some(hit) = hit else { return (self.escaped(path, ray), None) };
-        let surface = Surface::new(ray, hit);
         let Some(material) = self.tables.materials.get(usize::from(hit.material)) else {
             return (Sum::ZERO, None);
         };
         let kind = MaterialKind::from_u32(material.kind);
+        let solid = matches!(kind, Some(MaterialKind::Light | MaterialKind::Mirror))
+            || kind == Some(MaterialKind::Opaque) && material.transmit == [0.0; 3];
+        let surface = Surface::new(ray, hit, !solid);
         // A path that meets a dielectric from inside has come through it, whether it knows or not.
         let inside = kind == Some(MaterialKind::Dielectric) && !surface.front;
         let medium = if inside && path.medium == Path::AIR { hit.material } else { path.medium };
