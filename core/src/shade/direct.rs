@@ -13,7 +13,7 @@ use glam::Vec3;
 /// A light that cannot reach the point is skipped. The others are given their
 /// [estimates](Aim::estimate), laid end to end on a line, and a comb with a random offset (the systematic sampling of surveys) is laid over it: a light
 /// longer than the spacing of the teeth is always taken, a shorter one if a tooth falls on it, and then stands for the others. The line has
-/// `16 × importance of the path` teeth: so a point asks at most about that many small lights, however many there are.
+/// `64 × importance of the path` teeth: so a point asks at most about that many small lights, however many there are.
 ///
 /// It is a small state, to be carried on or made again at will.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -54,7 +54,7 @@ pub struct ShadowRay {
 }
 
 /// Teeth of the comb for a path of importance 1.
-const TEETH: f32 = 16.0;
+const TEETH: f32 = 64.0;
 
 impl Shader<'_> {
     /// Begins the light sampling of a point.
@@ -120,7 +120,7 @@ impl Shader<'_> {
         if self.settings.shadow_samples == 0 {
             let part =
                 if direct.total > 0.0 { (aim.estimate / direct.total).min(1.0) } else { 1.0 };
-            count *= part * point.path.importance().min(1.0);
+            count *= libm::sqrtf(part * point.path.importance().clamp(0.0, 1.0));
         }
         let len = (libm::ceilf(count * 0.75) as u32).max(1).next_power_of_two();
         Bundle {

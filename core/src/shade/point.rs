@@ -20,7 +20,7 @@ pub struct Point {
 /// A child that would bring less than this part of the pixel is sent with a probability in proportion, and stands for
 /// those that are not.
 #[cfg(feature = "specular")]
-const IMPORTANCE_MIN: f32 = 0.05;
+const IMPORTANCE_MIN: f32 = 1.0 / 80.0;
 
 /// Up to this depth a point may send both its children; beyond, one at most, so that a path has at most four ends.
 pub const SPLITS: u8 = 2;

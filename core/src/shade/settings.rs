@@ -25,9 +25,10 @@ impl Settings {
     /// How many shadow rays a light of this solid angle is worth: `reference * 4 sqrt(Ω)`, so as many as
     /// asked for at the reference distance (Ω = 1/16), in proportion to the light's size as seen, up to 4 times as many, and at least 1.
     ///
-    /// The reference is `shadow_samples`, or if that is 0, `64 / samples`: a pixel's samples share one sequence of places on the light, and 64 of
-    /// them are enough for a smooth penumbra. In the adaptive case [`Direct`](super::Direct) also takes fewer for a light
-    /// that brings only a part of the light, and on a path that brings only a part of the pixel.
+    /// The reference is `shadow_samples`, or if that is 0, `32 / sqrt(samples)`: a pixel's samples share one sequence of places on the light, so what
+    /// counts is how many they have together, and that grows with the quality asked for. In the adaptive case
+    /// [`Direct`](super::Direct) takes fewer for a light that brings only a part of the light, and on a path that brings only a part of the
+    /// pixel: by the root of the product of both.
     ///
     /// [`Direct`](super::Direct) rounds to a power of two: aligned runs of a [`Sequence`](crate::random::Sequence) are even.
     #[must_use]
@@ -39,7 +40,7 @@ impl Settings {
     /// Shadow rays at the reference distance.
     fn reference(&self) -> f32 {
         match self.shadow_samples {
-            0 => (64.0 / self.samples.max(1) as f32).max(1.0),
+            0 => (32.0 / libm::sqrtf(self.samples.max(1) as f32)).max(1.0),
             n => n as f32,
         }
     }
