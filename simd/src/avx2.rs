@@ -1,23 +1,11 @@
 //! Eight boxes and four triangles at a time.
 
-use core::arch::x86_64::{
-    __m128, __m128i, __m256, _CMP_GT_OQ, _CMP_LE_OQ, _CMP_LT_OQ, _MM_HINT_T0, _mm_add_epi32,
-    _mm_and_ps, _mm_and_si128, _mm_castsi128_ps, _mm_cmp_ps, _mm_cmpeq_epi32, _mm_cmpgt_epi32,
-    _mm_loadu_ps, _mm_loadu_si128, _mm_max_epi32, _mm_max_ps, _mm_min_ps, _mm_movehl_ps,
-    _mm_movelh_ps, _mm_movemask_epi8, _mm_movemask_ps, _mm_mul_ps, _mm_packs_epi16,
-    _mm_permutevar_ps, _mm_prefetch, _mm_set1_epi32, _mm_set1_ps, _mm_setr_epi8, _mm_setzero_ps,
-    _mm_shuffle_epi8, _mm_slli_epi32, _mm_sub_ps, _mm_unpackhi_ps, _mm_unpacklo_ps, _mm_xor_ps,
-    _mm256_castpd_ps, _mm256_castps_pd, _mm256_castps_si256, _mm256_castps128_ps256,
-    _mm256_castps256_ps128, _mm256_castsi256_ps, _mm256_cmp_ps, _mm256_cvtepi32_ps,
-    _mm256_cvtepu16_epi32, _mm256_extractf128_ps, _mm256_fmadd_ps, _mm256_insertf128_ps,
-    _mm256_max_ps, _mm256_min_ps, _mm256_movemask_ps, _mm256_mul_ps, _mm256_permutevar_ps,
-    _mm256_set_m128, _mm256_set1_ps, _mm256_storeu_ps, _mm256_sub_ps, _mm256_unpackhi_pd,
-    _mm256_unpackhi_ps, _mm256_unpacklo_pd, _mm256_unpacklo_ps,
-};
+#[allow(clippy::wildcard_imports, reason = "a kernel names a hundred instructions")]
+use core::arch::x86_64::*;
 
-use kiloray_core::block::format::{Node, Record};
+use kiloray_core::block::format::{BlockHeader, Node, Record};
 use kiloray_core::geometry::PreparedRay;
-use kiloray_core::trace::{BoxFrame, Lanes, Octants};
+use kiloray_core::trace::{BoxRay, Lanes, Octants};
 
 /// Lanes of AVX2 and FMA. A value of it proves that the machine has them.
 #[derive(Debug, Clone, Copy)]
@@ -37,65 +25,91 @@ impl Avx2 {
     }
 }
 
-/// A ray in the frame of a block, each number eight times.
+/// A ray in the frame of a block; the fourth numbers mean nothing.
 #[derive(Debug, Clone, Copy)]
+#[repr(C, align(16))]
 pub struct Frame {
-    inv: [__m256; 3],
-    near: [__m256; 3],
-    far: [__m256; 3],
+    inv: [f32; 4],
+    near: [f32; 4],
+    far: [f32; 4],
     /// Where in a [`Node`] the bounds begin that the ray meets first, in bytes: of each axis 0 or 48 behind the lower ones.
-    first: [usize; 3],
+    first: [u32; 3],
 }
 
-/// A ray for four triangles: the numbers of its shear along `kx, ky, kz`, each four times or eight.
+/// A ray for frames, and for four triangles.
 #[derive(Debug, Clone, Copy)]
 pub struct Ray {
-    origin: [__m256; 3],
-    shear: [__m256; 2],
-    /// Takes the components x, y, z to the places of `kx, ky, kz`.
-    permute: __m128i,
+    origin: __m128,
+    inv: __m128,
+    /// With the sign of `inv`.
+    pad: __m128,
+    /// The origin along `kx, ky, kz`.
+    sheared: [f32; 3],
+    /// The shear along `kx, ky`.
+    shear: [f32; 2],
+    /// See [`Frame::first`].
+    first: [u32; 3],
+    /// Takes the components x, y, z to the places of `kx, ky, kz`, twice.
+    permute: &'static [i32; 8],
 }
+
+/// By `kz`: see [`Ray::permute`].
+static PERMUTES: [[i32; 8]; 3] =
+    [[1, 2, 0, 3, 1, 2, 0, 3], [2, 0, 1, 3, 2, 0, 1, 3], [0, 1, 2, 3, 0, 1, 2, 3]];
 
 impl Lanes for Avx2 {
     type Frame = Frame;
     type Ray = Ray;
 
     #[inline(always)]
-    fn frame(self, frame: &BoxFrame) -> Frame {
-        let [ix, iy, iz] = frame.inv;
-        let first = |inv: f32, lo: usize| if inv < 0.0 { lo + 48 } else { lo };
-        Frame {
-            inv: all(frame.inv),
-            near: all(frame.near),
-            far: all(frame.far),
+    fn ray(self, ray: &PreparedRay) -> Ray {
+        let boxes = BoxRay::new(ray);
+        let ([ox, oy, oz], [ix, iy, iz]) = (boxes.origin, boxes.inv);
+        let (x, y, z) = ray.permuted(ray.origin);
+        let [sx, sy, _] = ray.shear;
+        // `inv` is never zero: its sign bit tells.
+        let first = |inv: f32, lo: u32| lo + (inv.to_bits() >> 31) * 48;
+        Ray {
+            // SAFETY: a value of Avx2 exists, so the machine has AVX2.
+            origin: unsafe { _mm_setr_ps(ox, oy, oz, 0.0) },
+            // SAFETY: as above.
+            inv: unsafe { _mm_setr_ps(ix, iy, iz, 1.0) },
+            // SAFETY: as above.
+            pad: unsafe {
+                let sign = _mm_and_ps(_mm_setr_ps(ix, iy, iz, 1.0), _mm_set1_ps(-0.0));
+                _mm_or_ps(_mm_set1_ps(boxes.pad), sign)
+            },
+            sheared: [x, y, z],
+            shear: [sx, sy],
             first: [first(ix, 0), first(iy, 16), first(iz, 32)],
+            permute: &PERMUTES[usize::from(ray.axis.min(2))],
         }
     }
 
     #[inline(always)]
-    fn ray(self, ray: &PreparedRay) -> Ray {
-        let (x, y, z) = ray.permuted(ray.origin);
-        let [sx, sy, _] = ray.shear;
-        // SAFETY: a value of Avx2 exists, so the machine has AVX2.
+    fn frame(self, ray: &Ray, header: &BlockHeader) -> Frame {
+        let mut frame = Frame { inv: [0.0; 4], near: [0.0; 4], far: [0.0; 4], first: ray.first };
+        // SAFETY: a value of Avx2 exists, so the machine has AVX2. Both loads lie in the header: origin and the first of
+        // scale, scale and the four bytes behind it. The fourth number is not used.
         unsafe {
-            let permute = match ray.axis {
-                0 => [1, 2, 0],
-                1 => [2, 0, 1],
-                _ => [0, 1, 2],
-            };
-            let [kx, ky, kz] = permute;
-            Ray {
-                origin: all([x, y, z]),
-                shear: [_mm256_set1_ps(sx), _mm256_set1_ps(sy)],
-                permute: core::arch::x86_64::_mm_setr_epi32(kx, ky, kz, 3),
-            }
+            let origin = _mm_loadu_ps(header.origin.as_ptr());
+            let scale = _mm_loadu_ps(header.scale.as_ptr());
+            let inv = ray.inv;
+            let sign = _mm_set1_ps(-0.0);
+            let pad = ray.pad;
+            let d = _mm_sub_ps(ray.origin, origin);
+            _mm_store_ps(frame.inv.as_mut_ptr(), _mm_mul_ps(inv, scale));
+            let near = _mm_mul_ps(_mm_add_ps(d, pad), _mm_xor_ps(inv, sign));
+            _mm_store_ps(frame.near.as_mut_ptr(), near);
+            _mm_store_ps(frame.far.as_mut_ptr(), _mm_mul_ps(_mm_sub_ps(pad, d), inv));
         }
+        frame
     }
 
     #[inline(always)]
     fn slots(self, frame: &Frame, node: &Node, t_min: f32, t_max: f32, near: &mut [f32; 8]) -> u32 {
         let bytes = core::ptr::from_ref(node).cast::<u8>();
-        let [fx, fy, fz] = frame.first;
+        let [fx, fy, fz] = frame.first.map(|offset| offset as usize);
         // SAFETY: a value of Avx2 exists, so the machine has AVX2 and FMA. Offsets are 0, 16 or 32, or 48 more, by
         // the only constructor of Frame: sixteen bytes from there lie in the 96 bytes of bounds.
         unsafe {
@@ -103,13 +117,15 @@ impl Lanes for Avx2 {
                 let q = _mm_loadu_si128(bytes.add(offset).cast());
                 _mm256_cvtepi32_ps(_mm256_cvtepu16_epi32(q))
             };
-            let [ix, iy, iz] = frame.inv;
-            let x0 = _mm256_fmadd_ps(bounds(fx), ix, frame.near[0]);
-            let y0 = _mm256_fmadd_ps(bounds(fy), iy, frame.near[1]);
-            let z0 = _mm256_fmadd_ps(bounds(fz), iz, frame.near[2]);
-            let x1 = _mm256_fmadd_ps(bounds(48 - fx), ix, frame.far[0]);
-            let y1 = _mm256_fmadd_ps(bounds(80 - fy), iy, frame.far[1]);
-            let z1 = _mm256_fmadd_ps(bounds(112 - fz), iz, frame.far[2]);
+            let ix = _mm256_broadcast_ss(&frame.inv[0]);
+            let iy = _mm256_broadcast_ss(&frame.inv[1]);
+            let iz = _mm256_broadcast_ss(&frame.inv[2]);
+            let x0 = _mm256_fmadd_ps(bounds(fx), ix, _mm256_broadcast_ss(&frame.near[0]));
+            let y0 = _mm256_fmadd_ps(bounds(fy), iy, _mm256_broadcast_ss(&frame.near[1]));
+            let z0 = _mm256_fmadd_ps(bounds(fz), iz, _mm256_broadcast_ss(&frame.near[2]));
+            let x1 = _mm256_fmadd_ps(bounds(48 - fx), ix, _mm256_broadcast_ss(&frame.far[0]));
+            let y1 = _mm256_fmadd_ps(bounds(80 - fy), iy, _mm256_broadcast_ss(&frame.far[1]));
+            let z1 = _mm256_fmadd_ps(bounds(112 - fz), iz, _mm256_broadcast_ss(&frame.far[2]));
             let enter =
                 _mm256_max_ps(_mm256_max_ps(x0, y0), _mm256_max_ps(z0, _mm256_set1_ps(t_min)));
             let leave =
@@ -138,8 +154,8 @@ impl Lanes for Avx2 {
             else {
                 return 0b1111;
             };
-            let [ox, oy, oz] = ray.origin;
-            let [sx, sy] = ray.shear;
+            let [ox, oy, oz] = all(ray.sheared);
+            let (sx, sy) = (_mm256_set1_ps(ray.shear[0]), _mm256_set1_ps(ray.shear[1]));
             let half = |v: __m256| _mm256_castps256_ps128(v);
             // Step 1 of the definition for vertices 0 and 1 (low and high half), and for vertex 2.
             let abz = _mm256_sub_ps(abz, oz);
@@ -214,14 +230,15 @@ unsafe fn gather(ray: &Ray, words: &[f32], record: &Record) -> Option<Corners> {
         }
         let vertices = words.as_ptr().add(base);
         let at = |i: u8| vertices.add(3 * usize::from(i));
-        let permute =
-            _mm256_castsi256_ps(core::arch::x86_64::_mm256_broadcastsi128_si256(ray.permute));
+        let permute = _mm256_loadu_si256(ray.permute.as_ptr().cast());
         let pair = |[a, b, _]: [u8; 3]| {
             let low = _mm256_castps128_ps256(_mm_loadu_ps(at(a)));
             let both = _mm256_insertf128_ps::<1>(low, _mm_loadu_ps(at(b)));
-            _mm256_permutevar_ps(both, _mm256_castps_si256(permute))
+            _mm256_permutevar_ps(both, permute)
         };
-        let third = |[_, _, c]: [u8; 3]| _mm_permutevar_ps(_mm_loadu_ps(at(c)), ray.permute);
+        let third = |[_, _, c]: [u8; 3]| {
+            _mm_permutevar_ps(_mm_loadu_ps(at(c)), _mm256_castsi256_si128(permute))
+        };
         let [i0, i1, i2, i3] = record.index;
         let (p0, p1, p2, p3) = (pair(i0), pair(i1), pair(i2), pair(i3));
         let xy01 = _mm256_castps_pd(_mm256_unpacklo_ps(p0, p1));

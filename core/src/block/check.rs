@@ -40,10 +40,10 @@ fn head(header: &BlockHeader, block: u32, limits: &BlockLimits) -> Result<(), Bl
     }
     let step = |s: f32| {
         let exponent = (s.to_bits() >> 23) as i32 - 127;
-        s.to_bits() & 0x807f_ffff == 0 && (-120..=1).contains(&exponent)
+        s.to_bits() & 0x807f_ffff == 0 && (-80..=1).contains(&exponent)
     };
-    // Twice the greatest frame: the corner opposite the origin is finite as well.
-    let place = |o: f32| o.abs() <= 262_144.0;
+    // Frames begin at a box of the scene, rounded outward.
+    let place = |o: f32| o.abs() <= 1.001;
     if !header.scale.iter().all(|&s| step(s)) || !header.origin.iter().all(|&o| place(o)) {
         return Err(BlockError::Frame);
     }
@@ -78,7 +78,7 @@ fn parts(view: &BlockView<'_>) -> Result<(), BlockError> {
 }
 
 fn vertices(view: &BlockView<'_>) -> Result<(), BlockError> {
-    match view.vertices().iter().position(|v| !v.iter().all(|x| x.is_finite())) {
+    match view.vertices().iter().position(|v| !v.iter().all(|x| x.abs() <= 1.0)) {
         Some(vertex) => Err(BlockError::Vertex { vertex: vertex as u16 }),
         None => Ok(()),
     }
@@ -111,10 +111,12 @@ fn primitives(view: &BlockView<'_>, record: &Record, spheres: bool) -> bool {
     let in_range = record.index.iter().all(|&[a, b, c]| {
         vertex(a).is_some() && vertex(b).is_some() && (spheres || vertex(c).is_some())
     });
-    let round = record.index.iter().filter(|t| spheres && used(t)).all(|&[_, b, _]| {
-        vertex(b).is_some_and(|&[radius, inward, zero]| {
-            radius > 0.0 && (inward == 0.0 || inward == 1.0) && zero == 0.0
-        })
+    let round = record.index.iter().filter(|t| spheres && used(t)).all(|&[a, b, _]| {
+        let Some((center, &[radius, inward, zero])) = vertex(a).zip(vertex(b)) else {
+            return false;
+        };
+        let inside = center.iter().all(|c| c.abs() + radius <= 1.001);
+        radius > 0.0 && inside && (inward == 0.0 || inward == 1.0) && zero == 0.0
     });
     used(first) && !record.index.iter().skip(count).any(used) && in_range && round
 }

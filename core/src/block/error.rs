@@ -36,7 +36,7 @@ pub enum BlockError {
     },
     /// Spheres, which this build leaves out.
     SpheresLeftOut,
-    /// A vertex that is not finite.
+    /// A vertex that does not lie in the cube [-1, 1]³.
     Vertex {
         /// Its index.
         vertex: u16,
@@ -66,7 +66,7 @@ impl fmt::Display for BlockError {
                 write!(f, "record {record} is empty, or an index or its material is out of range")
             }
             Self::SpheresLeftOut => f.write_str("the block holds spheres, which are left out here"),
-            Self::Vertex { vertex } => write!(f, "vertex {vertex} is not finite"),
+            Self::Vertex { vertex } => write!(f, "vertex {vertex} is not in [-1, 1]³"),
             Self::Ref { index } => write!(f, "reference {index} leads nowhere, or back"),
         }
     }

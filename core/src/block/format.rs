@@ -89,7 +89,7 @@ pub struct BlockHeader {
     pub block: u32,
     /// Origin of the frame, scene coordinates.
     pub origin: [f32; 3],
-    /// Size of one step of the frame: a power of two, from 2⁻¹²⁰ to 2¹.
+    /// Size of one step of the frame: a power of two, from 2⁻⁸⁰ to 2¹.
     pub scale: [f32; 3],
     /// Number of [`Node`]s; at least 1.
     pub nodes: u16,

@@ -41,6 +41,7 @@ impl PreparedRay {
     pub const PAD: f32 = 16.0 * UNIT_ROUNDOFF;
 
     /// Prepares a ray.
+    #[inline(always)]
     #[must_use]
     pub fn new(ray: &Ray) -> Self {
         let a = ray.direction.abs();

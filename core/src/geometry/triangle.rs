@@ -73,7 +73,7 @@ impl PreparedRay {
     /// of the exact triangle, and one that misses does not pass through it farther than that from its edges. In step 3 the
     /// weights err by `2 u M / det` each, which moves `t |d[kz]|` by at most `24 u R`, and the rest by `8 u R`; so the
     /// point at `t` lies within [`64 u R`](Self::TRIANGLE_ERROR) of the exact triangle: `6√2 + 32√3 < 64`.
-    #[inline]
+    #[inline(always)]
     #[must_use]
     pub fn triangle(&self, vertices: [Vec3; 3]) -> Option<TriangleHit> {
         let crossing = self.crossing(vertices)?;

@@ -9,10 +9,18 @@ use crate::geometry::{Hit, PreparedRay, Ray};
 /// A traversal that was stopped by its source goes on from its cursor.
 #[derive(Debug, Clone)]
 pub struct Cursor {
-    pub(super) ray: PreparedRay,
+    /// As it was when the source stopped it.
+    pub(super) run: Run,
+    /// As it was when the source stopped it.
     pub(super) best: Option<Hit>,
-    pub(super) at: Place,
     pub(super) levels: Levels,
+}
+
+/// What a traversal keeps in registers as far as it can.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Run {
+    pub(super) ray: PreparedRay,
+    pub(super) at: Place,
 }
 
 /// Where a traversal goes next.
@@ -89,36 +97,47 @@ impl Cursor {
         const LEVEL: Level =
             Level { near: [0.0; 8], child: [0; 8], block: 0, node: 0, flip: 0, pending: 0 };
         Self {
-            ray: PreparedRay::NONE,
+            run: Run {
+                ray: PreparedRay::NONE,
+                at: Place { block: 0, node: 0, depth: 0, enter: false, steps: 0 },
+            },
             best: None,
-            at: Place { block: 0, node: 0, depth: 0, enter: false, steps: 0 },
             levels: Levels { live: 0, level: [LEVEL; DEPTH_MAX] },
         }
     }
 
-    /// Begins a ray, at the root.
-    #[inline(always)]
-    pub(super) fn begin(&mut self, ray: &Ray) {
-        self.ray = PreparedRay::new(ray);
-        self.best = None;
-        let enter = !self.ray.is_none();
-        self.at = Place { block: 0, node: 0, depth: 0, enter, steps: STEPS_MAX };
-        self.levels.live = 0;
+    /// Keeps what is needed to go on.
+    #[cold]
+    #[inline(never)]
+    pub(super) fn stop(&mut self, run: Run, best: Option<Hit>) {
+        self.run = run;
+        self.best = best;
     }
 
     /// The block that the traversal needs next.
     #[must_use]
     pub fn block(&self) -> u32 {
-        self.at.block
+        self.run.at.block
+    }
+}
+
+impl Run {
+    /// Begins a ray, at the root.
+    #[inline(always)]
+    pub(super) fn new(ray: &Ray) -> Self {
+        let ray = PreparedRay::new(ray);
+        let enter = !ray.is_none();
+        Self { ray, at: Place { block: 0, node: 0, depth: 0, enter, steps: STEPS_MAX } }
     }
 }
 
 impl Levels {
     #[inline(always)]
+    #[allow(clippy::indexing_slicing, reason = "the mask keeps it in range")]
     pub(super) fn at_mut(&mut self, depth: u32) -> &mut Level {
-        // Every use keeps `depth` below DEPTH_MAX: what is beyond the last is the last.
-        let [level @ .., last] = &mut self.level;
-        level.get_mut(depth as usize).unwrap_or(last)
+        // Sound trees stay below DEPTH_MAX; an unsound one finds other levels in place of its own.
+        const { assert!(DEPTH_MAX == 32) };
+        &mut self.level[(depth & 31) as usize]
     }
 }
 

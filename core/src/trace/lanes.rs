@@ -1,6 +1,5 @@
-use super::frame::BoxFrame;
 use super::octant::Octants;
-use crate::block::format::{Node, Record};
+use crate::block::format::{BlockHeader, Node, Record};
 use crate::geometry::PreparedRay;
 
 /// How boxes and triangles are tested: one by one, or as many at once as a vector unit takes.
@@ -8,22 +7,22 @@ use crate::geometry::PreparedRay;
 /// An implementation is a value of no size that proves that the machine can do it. All operations
 /// are small and inlined into the traversal.
 pub trait Lanes: Copy {
-    /// A ray in the frame of a block, in the form that [`Lanes::slots`] wants.
+    /// A ray in the frame of a block: a [`BoxFrame`](super::BoxFrame) in the form that [`Lanes::slots`] wants.
     type Frame: Copy;
-    /// A ray in the form that [`Lanes::candidates`] wants.
+    /// What is prepared of a ray once.
     type Ray: Copy;
 
-    /// From the plain form.
-    fn frame(self, frame: &BoxFrame) -> Self::Frame;
-
-    /// From the plain form.
+    /// Prepares a ray.
     fn ray(self, ray: &PreparedRay) -> Self::Ray;
+
+    /// The ray in the frame of the block with this header: [`BoxFrame::new`](super::BoxFrame::new), but for the last bits.
+    fn frame(self, ray: &Self::Ray, header: &BlockHeader) -> Self::Frame;
 
     /// The mask of a node's slots that the ray meets between `t_min` and `t_max`; `near` gets where, by
     /// slot, for those that are in the mask.
     ///
     /// Slots may be in the mask needlessly, empty ones too; none may be missing, by the argument
-    /// of [`BoxFrame`].
+    /// of [`BoxFrame`](super::BoxFrame).
     fn slots(
         self,
         frame: &Self::Frame,

@@ -3,27 +3,33 @@
 #[cfg(feature = "sphere")]
 use glam::Vec3;
 
+use super::code::records;
 use super::lanes::Lanes;
 use super::query::Query;
 use crate::block::BlockView;
 use crate::block::format::{RECORD_SPHERES, Record};
 use crate::geometry::{Hit, PreparedRay, Primitive};
 
-/// Tests the records `first` to `first + count - 1`. `true`: the query ends the traversal.
+/// Tests the records of a leaf. `true`: the query ends the traversal.
 #[inline(always)]
 pub(super) fn leaf<L: Lanes, Q: Query>(
     lanes: L,
     view: &BlockView<'_>,
-    (first, count): (u16, u16),
+    leaf: u16,
     prepared: &L::Ray,
     ray: &mut PreparedRay,
     query: &mut Q,
 ) -> bool {
+    let (first, count) = records(leaf);
     let words = view.vertex_words();
-    for index in first..first.saturating_add(count) {
+    for index in first..first + count {
         let Some(record) = view.record(index) else { break };
         if record.base & RECORD_SPHERES != 0 {
-            if spheres(view, record, ray, query) {
+            // A copy, so that the ray itself can stay in registers.
+            let mut copy = *ray;
+            let done = spheres(view, record, &mut copy, query);
+            ray.t_max = copy.t_max;
+            if done {
                 return true;
             }
             continue;

@@ -14,6 +14,7 @@
 //! See [`BoxFrame`].
 
 mod clip;
+mod code;
 mod cursor;
 mod frame;
 mod lanes;
@@ -28,7 +29,7 @@ mod walk;
 
 pub use clip::{Clip, ClipCounts, ClipEntry};
 pub use cursor::{Cursor, TraceError};
-pub use frame::BoxFrame;
+pub use frame::{BoxFrame, BoxRay};
 pub use lanes::Lanes;
 pub use octant::{Octants, first_octants};
 pub use scalar::Scalar;

@@ -9,16 +9,16 @@ pub(super) trait Query {
 }
 
 /// The closest hit: the ray ends at the best so far.
-pub(super) struct Closest<'a> {
-    pub(super) best: &'a mut Option<Hit>,
+pub(super) struct Closest {
+    pub(super) best: Option<Hit>,
 }
 
-impl Query for Closest<'_> {
+impl Query for Closest {
     #[inline(always)]
     fn hit(&mut self, ray: &mut PreparedRay, t: f32, hit: impl FnOnce() -> Hit) -> bool {
         let hit = hit();
         if self.best.as_ref().is_none_or(|best| hit.is_closer_than(best)) {
-            *self.best = Some(hit);
+            self.best = Some(hit);
             ray.t_max = t;
         }
         false

@@ -1,7 +1,7 @@
-use super::frame::BoxFrame;
+use super::frame::{BoxFrame, BoxRay};
 use super::lanes::Lanes;
 use super::octant::Octants;
-use crate::block::format::{Child, Node, Record};
+use crate::block::format::{BlockHeader, Child, Node, Record};
 use crate::geometry::PreparedRay;
 
 /// One box and one triangle at a time, with early outs: for any machine.
@@ -13,15 +13,17 @@ const EMPTY: u16 = Child::Empty.encode();
 
 impl Lanes for Scalar {
     type Frame = BoxFrame;
-    type Ray = ();
+    type Ray = BoxRay;
 
     #[inline(always)]
-    fn frame(self, frame: &BoxFrame) -> BoxFrame {
-        *frame
+    fn ray(self, ray: &PreparedRay) -> BoxRay {
+        BoxRay::new(ray)
     }
 
     #[inline(always)]
-    fn ray(self, _: &PreparedRay) {}
+    fn frame(self, ray: &BoxRay, header: &BlockHeader) -> BoxFrame {
+        BoxFrame::new(ray, header)
+    }
 
     #[inline(always)]
     fn slots(
@@ -79,7 +81,7 @@ impl Lanes for Scalar {
     }
 
     #[inline(always)]
-    fn candidates(self, (): &(), _: &[f32], _: &Record) -> u32 {
+    fn candidates(self, _: &BoxRay, _: &[f32], _: &Record) -> u32 {
         0b1111
     }
 

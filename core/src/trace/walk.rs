@@ -1,12 +1,12 @@
 //! The traversal of a single ray.
 
-use super::cursor::{Cursor, Levels, Place, TraceError};
-use super::frame::BoxFrame;
+use super::code::{EMPTY, INDEX, is_leaf, is_node, is_ref};
+use super::cursor::{Cursor, Levels, Place, Run, TraceError};
 use super::lanes::Lanes;
 use super::leaf::leaf;
 use super::octant::{Octants, first_octants, ordered};
 use super::query::{Any, Closest, Every, Query};
-use crate::block::format::{Child, DEPTH_MAX};
+use crate::block::format::DEPTH_MAX;
 use crate::block::{BlockSource, BlockView};
 use crate::geometry::{Hit, PreparedRay, Ray};
 
@@ -21,8 +21,16 @@ pub fn closest<L: Lanes, S: BlockSource>(
     source: &mut S,
     ray: &Ray,
 ) -> Result<Option<Hit>, TraceError<S::Error>> {
-    cursor.begin(ray);
-    resume_closest(lanes, cursor, source)
+    let mut run = Run::new(ray);
+    let mut closest = Closest { best: None };
+    cursor.levels.live = 0;
+    match walk(lanes, &mut run, &mut cursor.levels, source, &mut closest) {
+        Ok(()) => Ok(closest.best),
+        Err(error) => {
+            cursor.stop(run, closest.best);
+            Err(error)
+        }
+    }
 }
 
 /// Goes on with a closest hit that its source has stopped.
@@ -35,10 +43,15 @@ pub fn resume_closest<L: Lanes, S: BlockSource>(
     cursor: &mut Cursor,
     source: &mut S,
 ) -> Result<Option<Hit>, TraceError<S::Error>> {
-    let mut best = cursor.best;
-    let end = walk(lanes, cursor, source, &mut Closest { best: &mut best });
-    cursor.best = best;
-    end.map(|()| best)
+    let mut run = cursor.run;
+    let mut closest = Closest { best: cursor.best };
+    match walk(lanes, &mut run, &mut cursor.levels, source, &mut closest) {
+        Ok(()) => Ok(closest.best),
+        Err(error) => {
+            cursor.stop(run, closest.best);
+            Err(error)
+        }
+    }
 }
 
 /// Whether a ray hits anything.
@@ -52,8 +65,16 @@ pub fn any<L: Lanes, S: BlockSource>(
     source: &mut S,
     ray: &Ray,
 ) -> Result<bool, TraceError<S::Error>> {
-    cursor.begin(ray);
-    resume_any(lanes, cursor, source)
+    let mut run = Run::new(ray);
+    let mut any = Any { found: false };
+    cursor.levels.live = 0;
+    match walk(lanes, &mut run, &mut cursor.levels, source, &mut any) {
+        Ok(()) => Ok(any.found),
+        Err(error) => {
+            cursor.stop(run, None);
+            Err(error)
+        }
+    }
 }
 
 /// Goes on with an any hit that its source has stopped.
@@ -66,14 +87,20 @@ pub fn resume_any<L: Lanes, S: BlockSource>(
     cursor: &mut Cursor,
     source: &mut S,
 ) -> Result<bool, TraceError<S::Error>> {
+    let mut run = cursor.run;
     let mut any = Any { found: false };
-    walk(lanes, cursor, source, &mut any)?;
-    Ok(any.found)
+    match walk(lanes, &mut run, &mut cursor.levels, source, &mut any) {
+        Ok(()) => Ok(any.found),
+        Err(error) => {
+            cursor.stop(run, None);
+            Err(error)
+        }
+    }
 }
 
 /// Shows every hit of a ray to `visit`, once, in no order that means anything; `true` ends it.
 ///
-/// What is made of the hits must not depend on their order.
+/// What is made of the hits must not depend on their order. After an error of the source it begins anew.
 ///
 /// # Errors
 /// [`TraceError`].
@@ -85,14 +112,8 @@ pub fn every<L: Lanes, S: BlockSource>(
     ray: &Ray,
     visit: impl FnMut(&Hit) -> bool,
 ) -> Result<(), TraceError<S::Error>> {
-    cursor.begin(ray);
-    walk(lanes, cursor, source, &mut Every { visit })
-}
-
-/// What depends on the ray alone.
-struct Constant<R> {
-    octants: &'static Octants,
-    prepared: R,
+    cursor.levels.live = 0;
+    walk(lanes, &mut Run::new(ray), &mut cursor.levels, source, &mut Every { visit })
 }
 
 /// Why the traversal leaves a block.
@@ -108,47 +129,52 @@ enum Leave {
 #[inline(always)]
 fn walk<L: Lanes, S: BlockSource, Q: Query>(
     lanes: L,
-    cursor: &mut Cursor,
+    run: &mut Run,
+    levels: &mut Levels,
     source: &mut S,
     query: &mut Q,
 ) -> Result<(), TraceError<S::Error>> {
-    if !cursor.at.enter && cursor.levels.live == 0 {
+    if !run.at.enter && levels.live == 0 {
         return Ok(());
     }
-    let mut ray = cursor.ray;
-    let constant = Constant { octants: first_octants(&ray), prepared: lanes.ray(&ray) };
-    let mut at = cursor.at;
+    let octants = first_octants(&run.ray);
+    let prepared = lanes.ray(&run.ray);
     loop {
-        let view = match source.block(at.block) {
-            Ok(view) => view,
-            Err(error) => {
-                cursor.at = at;
-                cursor.ray = ray;
-                return Err(TraceError::Source(error));
-            }
-        };
-        match in_block(lanes, &view, &mut at, &mut cursor.levels, &constant, &mut ray, query) {
+        let view = source.block(run.at.block).map_err(TraceError::Source)?;
+        let frame = lanes.frame(&prepared, view.header());
+        let fixed = Fixed { lanes, view: &view, frame, prepared: &prepared, octants };
+        match in_block(&fixed, &mut run.at, levels, &mut run.ray, query) {
             Leave::Block => {}
             Leave::Done => return Ok(()),
-            Leave::Corrupt => return Err(TraceError::Corrupt { block: at.block }),
+            Leave::Corrupt => return Err(TraceError::Corrupt { block: run.at.block }),
         }
     }
+}
+
+/// What does not change within a block.
+struct Fixed<'a, L: Lanes> {
+    lanes: L,
+    view: &'a BlockView<'a>,
+    frame: L::Frame,
+    prepared: &'a L::Ray,
+    octants: &'static Octants,
 }
 
 /// Goes on as far as the block reaches.
 #[inline(always)]
 fn in_block<L: Lanes, Q: Query>(
-    lanes: L,
-    view: &BlockView<'_>,
+    fixed: &Fixed<'_, L>,
     at: &mut Place,
     levels: &mut Levels,
-    constant: &Constant<L::Ray>,
     ray: &mut PreparedRay,
     query: &mut Q,
 ) -> Leave {
-    let frame = lanes.frame(&BoxFrame::new(ray, view.header()));
+    let &Fixed { lanes, view, frame, prepared, octants } = fixed;
+    let block = at.block;
+    let mut enter = at.enter;
     loop {
-        if at.enter {
+        let mut child = EMPTY;
+        if enter {
             let Some(node) = view.node(at.node) else { return Leave::Corrupt };
             if usize::from(at.depth) >= DEPTH_MAX || at.steps == 0 {
                 return Leave::Corrupt;
@@ -157,58 +183,67 @@ fn in_block<L: Lanes, Q: Query>(
             let level = levels.at_mut(u32::from(at.depth));
             let mask = lanes.slots(&frame, node, ray.t_min, ray.t_max, &mut level.near);
             if mask != 0 {
-                level.child = node.child;
-                level.block = at.block;
-                level.node = at.node;
-                level.flip = lanes.flip(constant.octants, node);
-                level.pending = ordered(mask, level.flip) as u8;
-                levels.live |= 1 << (at.depth & 31);
+                let flip = lanes.flip(octants, node);
+                let pending = ordered(mask, flip);
+                let slot = pending.trailing_zeros() ^ u32::from(flip);
+                let pending = pending & (pending - 1);
+                child = at_slot(&node.child, slot);
+                if pending != 0 {
+                    level.child = node.child;
+                    level.block = block;
+                    level.node = at.node;
+                    level.flip = flip;
+                    level.pending = pending as u8;
+                    levels.live |= 1 << (at.depth & 31);
+                }
             }
         }
-        loop {
-            if levels.live == 0 {
-                return Leave::Done;
-            }
-            let depth = 31 - levels.live.leading_zeros();
-            let level = levels.at_mut(depth);
-            let slot = level.pending.trailing_zeros() ^ u32::from(level.flip);
-            let pending = level.pending & level.pending.wrapping_sub(1);
-            let near = level.near.get(slot as usize & 7).copied().unwrap_or(0.0);
-            let child = level.child.get(slot as usize & 7).copied().unwrap_or(0);
-            let live = if pending == 0 { 1_u32 << depth } else { 0 };
-            if near > ray.t_max {
-                level.pending = pending;
-                levels.live &= !live;
-                continue;
-            }
-            if level.block != at.block {
-                at.block = level.block;
-                at.enter = false;
+        while !is_node(child) {
+            if is_leaf(child) {
+                if leaf(lanes, view, child, prepared, ray, query) {
+                    return Leave::Done;
+                }
+            } else if is_ref(child) {
+                let Some(to) = view.reference(child & INDEX) else { return Leave::Corrupt };
+                at.block = to.block;
+                at.node = to.node;
+                at.depth += 1;
+                at.enter = true;
                 return Leave::Block;
             }
-            level.pending = pending;
-            levels.live &= !live;
-            at.depth = depth as u8 + 1;
-            match Child::decode(child) {
-                Child::Node(node) => {
-                    at.node = node;
-                    at.enter = true;
-                    break;
+            // Back to the deepest level with a child left that the ray may still reach.
+            child = loop {
+                if levels.live == 0 {
+                    return Leave::Done;
                 }
-                Child::Leaf { first, count } => {
-                    if leaf(lanes, view, (first, count), &constant.prepared, ray, query) {
-                        return Leave::Done;
-                    }
-                }
-                Child::Ref(index) => {
-                    let Some(to) = view.reference(index) else { return Leave::Corrupt };
-                    at.block = to.block;
-                    at.node = to.node;
-                    at.enter = true;
+                let depth = 31 - levels.live.leading_zeros();
+                let level = levels.at_mut(depth);
+                let pending = u32::from(level.pending);
+                let slot = pending.trailing_zeros() ^ u32::from(level.flip);
+                let beyond = level.near.get(slot as usize & 7).is_some_and(|&t| t > ray.t_max);
+                if !beyond && level.block != block {
+                    at.block = level.block;
+                    at.enter = false;
                     return Leave::Block;
                 }
-                Child::Empty => {}
-            }
+                let pending = pending & pending.wrapping_sub(1);
+                level.pending = pending as u8;
+                let child = at_slot(&level.child, slot);
+                levels.live &= !(u32::from(pending == 0) << depth);
+                if !beyond {
+                    at.depth = depth as u8;
+                    break child;
+                }
+            };
         }
+        at.node = child & INDEX;
+        at.depth += 1;
+        enter = true;
     }
+}
+
+/// The child in a slot, as its bits.
+#[inline(always)]
+fn at_slot(children: &[u16; 8], slot: u32) -> u16 {
+    children.get(slot as usize & 7).copied().unwrap_or(EMPTY)
 }

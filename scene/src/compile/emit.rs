@@ -167,7 +167,7 @@ pub(crate) struct Frame {
 
 impl Frame {
     const STEPS: f64 = 65535.0;
-    const EXPONENT_MIN: i32 = -120;
+    const EXPONENT_MIN: i32 = -80;
 
     fn of<'a>(nodes: impl Iterator<Item = &'a Node>) -> Self {
         let mut all = Bounds::EMPTY;

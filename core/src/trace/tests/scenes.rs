@@ -101,6 +101,16 @@ pub(crate) fn clutter(count: usize, spheres: bool, random: &mut Random) -> Vec<I
         };
         items.push(item);
     }
+    // Into the cube of scene coordinates.
+    for item in &mut items {
+        match &mut item.0 {
+            Primitive::Triangle { vertices, .. } => *vertices = vertices.map(|v| v * 0.125),
+            Primitive::Sphere { center, radius, .. } => {
+                *center *= 0.125;
+                *radius *= 0.125;
+            }
+        }
+    }
     items
 }
 
@@ -110,7 +120,7 @@ pub(crate) fn rays(items: &[Item], count: usize, random: &mut Random) -> Vec<Ray
 }
 
 fn ray(items: &[Item], random: &mut Random) -> Ray {
-    let mut target = Vec3::from_array(random.point());
+    let mut target = Vec3::from_array(random.point()) * 0.125;
     if let Some(item) = items.get(random.below(items.len() as u32 + 1) as usize) {
         target = match item.0 {
             // A vertex, a point of an edge, a point inside.
@@ -125,15 +135,15 @@ fn ray(items: &[Item], random: &mut Random) -> Ray {
             }
         };
     }
-    let mut origin = Vec3::from_array(random.point()) * 2.0;
+    let mut origin = Vec3::from_array(random.point()) * 0.25;
     let mut length = 1.0;
     match random.below(10) {
         // Far away, and very far.
         0 => origin *= 1e4,
         1 => origin *= 1e7,
         // On a primitive, and on a lattice plane.
-        2 => origin = target - Vec3::from_array(random.point()) * 0.25,
-        3 => origin = (origin * 4.0).round() / 4.0,
+        2 => origin = target - Vec3::from_array(random.point()) * 0.03,
+        3 => origin = (origin * 32.0).round() / 32.0,
         4 => length = 2.0_f32.powi(random.below(100) as i32 - 50),
         _ => {}
     }

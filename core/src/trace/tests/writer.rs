@@ -289,7 +289,7 @@ fn encode(draft: &Draft, block: u32, nesting: u16, bytes: &mut [u8]) {
     let whole = draft.boxes.iter().flatten().copied().fold(Aabb::EMPTY, Aabb::union);
     let axes = [0, 1, 2].map(|a| (whole.min.to_array()[a], whole.max.to_array()[a]));
     let scale = axes.map(|(lo, hi)| {
-        let mut scale = 2.0_f32.powi(-120);
+        let mut scale = 2.0_f32.powi(-80);
         while f64::from(lo) + f64::from(scale) * 65535.0 < f64::from(hi) {
             scale *= 2.0;
         }
