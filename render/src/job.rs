@@ -50,8 +50,7 @@ pub struct Report {
 
 /// Renders a picture of a file in memory.
 ///
-/// Without [`Options::memory`] the blocks are read in place and must have been checked before
-/// ([`KiloView::check_blocks`]); with it they are checked whenever they are fetched.
+/// Its blocks must have been checked before ([`KiloView::check_blocks`]). Others are no danger, but the picture may be wrong.
 ///
 /// # Errors
 /// [`Error`]: nothing of the picture is given then.

@@ -2,7 +2,7 @@ use crate::{Control, Error, Picture, Report};
 use kiloray_core::block::KiloView;
 use kiloray_core::render::{Job, Plan, Renderer, Sight, Tiling};
 use kiloray_core::shade::Counts;
-use kiloray_core::store::{Arena, BlockCache, CHUNK_BYTES, Chunk, FetchedBlocks, Line};
+use kiloray_core::store::{Arena, BlockCache, CHUNK_BYTES, Checked, Chunk, FetchedBlocks, Line};
 use kiloray_core::trace::Tracer;
 
 /// Renders all tiles as one node with a given memory.
@@ -22,7 +22,7 @@ pub(crate) fn render<T: Tracer>(
     let mut arena = Arena::new(&mut chunks);
     let mut renderer = Renderer::new(&mut arena, plan)?;
     let cache = BlockCache::new(&mut arena, plan.block_bytes, plan.frames)?;
-    let mut sight = Sight::new(tracer, FetchedBlocks::new(cache, *file, file.limits()));
+    let mut sight = Sight::new(tracer, FetchedBlocks::new(cache, Checked(*file), file.limits()));
     let mut counts = Counts::default();
     let mut overflows = 0;
     let settings = job.shader.settings();
