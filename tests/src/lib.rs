@@ -1,3 +1,4 @@
 //! Behaviour across crates, oracles, and benchmarks against peers.
 
 pub mod export;
+pub mod oracle;
