@@ -20,9 +20,10 @@
 //!
 //! Node boxes are 16-bit integers `q` in the block's own frame: the coordinate is
 //! `origin + scale * q`, per axis, with `scale` a power of two. Lower bounds are rounded down,
-//! upper bounds up, so that the box holds the *padded* boxes of all primitives below it
-//! (`geometry::Aabb::of_triangle`). A slot that is empty has the inverted box
-//! `lo = 65535, hi = 0`.
+//! upper bounds up, so that the box holds the *own* boxes of all primitives below it
+//! (`geometry::Aabb::of_triangle`, `of_sphere`). A slot that is empty has the inverted box
+//! `lo = 65535, hi = 0`. The compiler chooses `origin` a multiple of `scale`, and `scale` at least
+//! 2⁻²² of the greatest coordinate, so that `origin + scale * q` is exact in f32.
 //!
 //! # Slots
 //!

@@ -1,8 +1,10 @@
 //! Compiles a mesh and prints what came out: bytes, fill, depth, times and peak memory, and how many
 //! nodes, records and blocks rays visit.
 //!
-//! `cargo run --release -p kiloray-scene --example compile_stats -- MESH [BLOCK_KIB..]`, with a
-//! `.ktri` or `.obj` file, or a number: a sinc field of about so many triangles.
+//! `cargo run --release -p kiloray-scene --example compile_stats -- MESH [BLOCK_KIB..] [--smooth]
+//! [--rays]`, with a `.ktri` or `.obj` file, or a number: a sinc field of about so many triangles.
+//! `--smooth` adds shading normals and eight materials, `--rays` counts visits. On one core: set
+//! `RAYON_NUM_THREADS=1`.
 
 mod mesh;
 mod visits;
@@ -13,13 +15,20 @@ use kiloray_scene::compile::{Options, compile};
 use kiloray_scene::kilo::KiloFile;
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let mut args = std::env::args().skip(1);
+    let (flags, args): (Vec<_>, Vec<_>) =
+        std::env::args().skip(1).partition(|arg| arg.starts_with("--"));
+    let smooth = flags.iter().any(|flag| flag == "--smooth");
+    let rays = flags.iter().any(|flag| flag == "--rays");
+    let mut args = args.into_iter();
     let mesh = args.next().ok_or("which mesh?")?;
     let mut kib: Vec<usize> = args.map(|a| a.parse()).collect::<Result<_, _>>()?;
     if kib.is_empty() {
         kib = vec![4, 16];
     }
-    let (model, camera) = mesh::load(&mesh)?;
+    let (mut model, camera) = mesh::load(&mesh)?;
+    if smooth {
+        mesh::smooth(&mut model);
+    }
     for kib in kib {
         let before = peak_kib();
         let options = Options { block_bytes: kib << 10 };
@@ -34,7 +43,9 @@ fn main() -> Result<(), Box<dyn Error>> {
         let start = std::time::Instant::now();
         let file = KiloFile::from_bytes(compiled.bytes())?;
         println!("checked in {:.0} ms", start.elapsed().as_secs_f64() * 1e3);
-        visits::count(&file.view(), &camera);
+        if rays {
+            visits::count(&file.view(), &camera);
+        }
     }
     Ok(())
 }

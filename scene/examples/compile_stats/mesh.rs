@@ -101,3 +101,21 @@ fn sinc(triangles: usize) -> Model {
     });
     model(points.collect(), corners)
 }
+
+/// Gives every vertex the mean normal of its triangles, and every run of 1280 triangles one of eight
+/// materials.
+pub(crate) fn smooth(model: &mut Model) {
+    model.materials = vec![Material::default(); 8];
+    model.normals = vec![DVec3::ZERO; model.vertices.len()];
+    for (i, triangle) in model.triangles.iter_mut().enumerate() {
+        let [a, b, c] = triangle.vertices.map(|v| model.vertices[v as usize]);
+        triangle.material = (i / 1280 % 8) as u16;
+        triangle.normals = triangle.vertices;
+        for v in triangle.vertices {
+            model.normals[v as usize] += (b - a).cross(c - a);
+        }
+    }
+    for normal in &mut model.normals {
+        *normal = normal.normalize_or(DVec3::Z);
+    }
+}

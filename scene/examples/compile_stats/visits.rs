@@ -139,9 +139,6 @@ fn trace(view: &KiloView<'_>, ray: &Ray, any: bool, visits: &mut Visits) -> Opti
                 Child::Empty => {}
             }
         }
-        if std::env::var_os("SORTED").is_some() {
-            inner.sort_by(|a, b| a.2.total_cmp(&b.2));
-        }
         stack.extend(inner.into_iter().rev());
     }
     visits.blocks += seen.len() as u64;

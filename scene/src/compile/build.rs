@@ -176,3 +176,36 @@ fn records(items: &[Item]) -> usize {
     }
     groups[..len].iter().map(|(_, count)| count.div_ceil(RECORD_PRIMITIVES)).sum()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn depth(nodes: &[Node], node: usize) -> usize {
+        let below = nodes[node].nodes().map(|(_, kid)| depth(nodes, kid as usize)).max();
+        1 + below.unwrap_or(0)
+    }
+
+    #[test]
+    fn no_tree_is_deeper_than_it_may_be() {
+        // Each twice as large as the next: the heuristic cuts off the largest few.
+        let items: Vec<Item> = (0..250_u16)
+            .map(|i| {
+                let size = 0.7f32.powi(i.into());
+                Item::new(i.into(), 0, [0.0; 3], [size; 3])
+            })
+            .collect();
+        let mut depths = Vec::new();
+        for levels in 2..9 {
+            let mut build = Build { nodes: Vec::new(), finished: 0, done: &mut |_| {} };
+            let mut items = items.clone();
+            build.node(&mut items, 0, levels);
+            depths.push(depth(&build.nodes, 0));
+            assert!(depths[levels - 2] <= levels, "{depths:?}");
+            let mut names: Vec<u32> = items.iter().map(|item| item.primitive).collect();
+            names.sort_unstable();
+            assert!(names.into_iter().eq(0..250), "every item is still there");
+        }
+        assert!(depths.last() > Some(&5), "the limit was never felt: {depths:?}");
+    }
+}

@@ -14,10 +14,19 @@ use super::layout::{END_BYTES, Source};
 /// The cut: for each node, whether a treelet begins there.
 #[derive(Debug)]
 pub(crate) struct Treelets {
-    /// Roots in increasing order, and where the nodes of each end in `nodes`.
-    pub(crate) roots: Vec<(u32, u32)>,
+    /// In the order of their roots.
+    pub(crate) all: Vec<Treelet>,
     /// The nodes of treelet after treelet, each in increasing order.
     pub(crate) nodes: Vec<u32>,
+}
+
+/// A treelet.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Treelet {
+    /// Where its nodes end in [`Treelets::nodes`]; the first is its root.
+    pub(crate) end: u32,
+    /// Bytes that it takes in a block of its own, header and padding aside.
+    pub(crate) bytes: u32,
 }
 
 /// What the cut knows of a node.
@@ -46,6 +55,7 @@ pub(crate) fn cut(source: Source<'_>, done: &mut dyn FnMut(u64)) -> Treelets {
         generation: 0,
         cut: Vec::new(),
         taken: Vec::new(),
+        left: 0,
     };
     for index in (0..known.len()).rev() {
         let (cost, steps) = grower.grow(&known, index as u32, u32::MAX);
@@ -55,7 +65,7 @@ pub(crate) fn cut(source: Source<'_>, done: &mut dyn FnMut(u64)) -> Treelets {
             done((known.len() - index) as u64);
         }
     }
-    let mut treelets = Treelets { roots: Vec::new(), nodes: Vec::new() };
+    let mut treelets = Treelets { all: Vec::new(), nodes: Vec::new() };
     let mut is_root = vec![false; known.len()];
     if let Some(root) = is_root.first_mut() {
         *root = true;
@@ -65,7 +75,8 @@ pub(crate) fn cut(source: Source<'_>, done: &mut dyn FnMut(u64)) -> Treelets {
             grower.grow(&known, index as u32, known[index].steps);
             grower.taken.sort_unstable();
             treelets.nodes.extend_from_slice(&grower.taken);
-            treelets.roots.push((index as u32, treelets.nodes.len() as u32));
+            let bytes = (room(source) - grower.left) as u32;
+            treelets.all.push(Treelet { end: treelets.nodes.len() as u32, bytes });
             for below in &grower.cut {
                 is_root[*below as usize] = true;
             }
@@ -124,6 +135,13 @@ struct Grower<'a> {
     cut: Vec<u32>,
     /// Nodes of the treelet.
     taken: Vec<u32>,
+    /// Bytes that are left in its block.
+    left: i64,
+}
+
+/// Bytes of a block that treelets can have.
+fn room(source: Source<'_>) -> i64 {
+    (source.block_bytes - size_of::<BlockHeader>() - END_BYTES) as i64
 }
 
 impl Grower<'_> {
@@ -133,16 +151,15 @@ impl Grower<'_> {
         self.generation += 1;
         self.cut.clear();
         self.taken.clear();
-        let fixed = size_of::<BlockHeader>() + END_BYTES;
-        let mut left = (self.source.block_bytes - fixed) as i64;
-        let mut below = self.take(known, root, &mut left, 0.0);
+        self.left = room(self.source);
+        let mut below = self.take(known, root, 0.0);
         let mut best = (known[root as usize].area + below, 0);
         let mut steps = 0;
         while steps < steps_max {
-            let Some(at) = self.choose(known, left) else { break };
+            let Some(at) = self.choose(known) else { break };
             let next = self.cut.swap_remove(at);
-            below = self.take(known, next, &mut left, below - known[next as usize].cost);
-            left += size_of::<Ref>() as i64;
+            below = self.take(known, next, below - known[next as usize].cost);
+            self.left += size_of::<Ref>() as i64;
             steps += 1;
             let cost = known[root as usize].area + below;
             if cost <= best.0 {
@@ -153,7 +170,8 @@ impl Grower<'_> {
     }
 
     /// The member of the cut with the most area per byte, of those that fit.
-    fn choose(&self, known: &[Known], left: i64) -> Option<usize> {
+    fn choose(&self, known: &[Known]) -> Option<usize> {
+        let left = self.left;
         let mut best = None;
         for (at, &node) in self.cut.iter().enumerate() {
             let of = &known[node as usize];
@@ -181,17 +199,17 @@ impl Grower<'_> {
     }
 
     /// Moves a node into the treelet; returns the cost of the cut, from what it was without it.
-    fn take(&mut self, known: &[Known], node: u32, left: &mut i64, mut below: f32) -> f32 {
+    fn take(&mut self, known: &[Known], node: u32, mut below: f32) -> f32 {
         for i in self.range(known, node) {
             let seen = &mut self.seen[self.vertices[i] as usize];
             if *seen != self.generation {
                 *seen = self.generation;
-                *left -= vertex_bytes(self.source) as i64;
+                self.left -= vertex_bytes(self.source) as i64;
             }
         }
-        *left -= i64::from(known[node as usize].bytes);
+        self.left -= i64::from(known[node as usize].bytes);
         for (_, kid) in self.source.nodes[node as usize].nodes() {
-            *left -= size_of::<Ref>() as i64;
+            self.left -= size_of::<Ref>() as i64;
             self.cut.push(kid);
             below += known[kid as usize].cost;
         }

@@ -207,9 +207,10 @@ impl Frame {
         let (lo, hi) = (bounds.lo(), bounds.hi());
         for axis in 0..3 {
             let step = f64::from(self.scale[axis]);
-            let from = |v: f32| (f64::from(v) - f64::from(self.origin[axis])) / step;
-            node.lo[axis][slot] = from(lo[axis]).floor() as u16;
-            node.hi[axis][slot] = from(hi[axis]).ceil() as u16;
+            // Divisions by a power of two are exact; a difference of coordinates need not be.
+            let origin = f64::from(self.origin[axis]) / step;
+            node.lo[axis][slot] = ((f64::from(lo[axis]) / step).floor() - origin) as u16;
+            node.hi[axis][slot] = ((f64::from(hi[axis]) / step).ceil() - origin) as u16;
         }
     }
 }

@@ -83,3 +83,20 @@ fn exponent_above(reach: f64) -> i32 {
 fn exp2(e: i32) -> f64 {
     f64::from_bits(((e + 1023) as u64) << 52)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_exponent_is_the_least_that_fits() {
+        for (reach, e) in [(1.0, 0), (1.0 + f64::EPSILON, 1), (0.5, -1), (0.75, 0), (3.0, 2)] {
+            assert_eq!(exponent_above(reach), e, "{reach}");
+        }
+        assert_eq!(exponent_above(2f64.powi(-300)), -300);
+        // What f64 cannot scale by both ways stays within it.
+        assert_eq!(exponent_above(0.0), -1020);
+        assert_eq!(exponent_above(5e-324), -1020);
+        assert_eq!(exponent_above(1.7e308), 1020);
+    }
+}

@@ -9,6 +9,8 @@ use super::layout::{Layout, Source};
 
 /// Blocks that are kept open: 16 fill to .886, 32 to .91, 64 to .925 (a million triangles, 4 KiB).
 const OPEN_MAX: usize = 64;
+/// Blocks that are tried although the treelet may not fit.
+const TIGHT_MAX: usize = 4;
 /// The block of a node that has none yet.
 const NOWHERE: u32 = u32::MAX;
 
@@ -42,9 +44,10 @@ pub(crate) fn pack(source: Source<'_>, parents: &[u32], treelets: &Treelets) -> 
     let blocks = Blocks { places, ..Blocks::default() };
     let mut packer = Packer { source, parents, open: Vec::new(), spare: Vec::new(), blocks };
     let mut begin = 0;
-    for &(_, end) in &treelets.roots {
-        packer.place(&treelets.nodes[begin..end as usize]);
-        begin = end as usize;
+    for treelet in &treelets.all {
+        let end = treelet.end as usize;
+        packer.place(&treelets.nodes[begin..end], treelet.bytes as usize);
+        begin = end;
     }
     while !packer.open.is_empty() {
         packer.close(0);
@@ -53,23 +56,25 @@ pub(crate) fn pack(source: Source<'_>, parents: &[u32], treelets: &Treelets) -> 
 }
 
 impl Packer<'_> {
-    /// Places the nodes of a treelet; its root is the first.
-    fn place(&mut self, nodes: &[u32]) {
+    /// Places the nodes of a treelet, which takes so many bytes alone; its root is the first.
+    fn place(&mut self, nodes: &[u32], bytes: usize) {
         let Some(&root) = nodes.first() else { return };
         let above = self.parents[root as usize];
         let above = self.blocks.places.get(above as usize).map_or(0, |place| place.0);
-        let mut tries: Vec<(bool, usize, usize)> = self
-            .open
-            .iter()
-            .enumerate()
-            .filter(|(_, open)| open.number >= above)
-            .map(|(at, open)| {
-                let room = self.source.block_bytes - open.layout.bytes();
-                (open.number != above, room, at)
-            })
-            .collect();
+        // Neighbours share vertices, and the parent's block the reference: somewhat less room may do.
+        let least = bytes - bytes / 8;
+        let mut tries: Vec<(bool, usize, usize)> = Vec::new();
+        for (at, open) in self.open.iter().enumerate() {
+            let room = self.source.block_bytes - open.layout.bytes();
+            if open.number >= above && room >= least {
+                tries.push((open.number != above, room, at));
+            }
+        }
         tries.sort_unstable();
-        for (_, _, at) in tries {
+        // The tightest may fail; the first with room enough will not.
+        let enough = tries.iter().position(|&(_, room, _)| room >= bytes);
+        let tight = tries.iter().take(TIGHT_MAX).chain(enough.map(|at| &tries[at]));
+        for &(_, _, at) in tight {
             if self.fit(at, nodes, above) {
                 return;
             }
@@ -126,7 +131,7 @@ impl Packer<'_> {
                 }
                 !below && node != root
             });
-            self.place(&part);
+            self.place(&part, self.source.block_bytes);
         }
     }
 

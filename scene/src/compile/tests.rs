@@ -1,5 +1,6 @@
 //! What must hold of every compiled scene, read back from its bytes alone.
 
+mod golden;
 mod oracle;
 mod random;
 mod shapes;
