@@ -120,3 +120,17 @@ fn print(run: &Run<'_>, path: &Path) -> Outcome {
         None => Ok(()),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_default_command_is_understood() {
+        let arguments = Arguments::try_parse_from(DEFAULT).expect("it parses");
+        let Some(Command::Render(render)) = arguments.command else { panic!("it is not render") };
+        assert_eq!(render.output.as_deref(), Some(Path::new("kiloray.png")));
+        let scene = render.scene.scenes[0].to_str().expect("a name");
+        assert!(kiloray_scene::builtin::find(scene).is_ok());
+    }
+}
