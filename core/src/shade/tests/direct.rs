@@ -2,6 +2,7 @@
 
 use super::*;
 use core::f64::consts::PI;
+use std::vec;
 
 /// From a point on the plane z = 0 at the origin to a horizontal rectangle at height `h`, `[x0, x1] × [y0, y1]`: four corners of
 /// Howell's B-3 (element parallel to a rectangle, its normal through a corner), which holds with signs.
@@ -69,7 +70,7 @@ fn error(lamp: Light, exact: f64, n: u32, seeds: u64) -> f64 {
 
 /// Error falls at least as N^-0.75 from 4 to 4096, and is below a bound at 1024.
 fn converges(name: &str, lamp: Light, exact: f64, at_1024: f64) {
-    assert!(exact > 0.003, "{name}");
+    assert!(exact > 0.0003, "{name}");
     let seeds = 24;
     let errors: Vec<_> = [4, 16, 64, 256, 1024, 4096]
         .into_iter()
@@ -136,5 +137,46 @@ fn spheres_agree_with_their_form_factors() {
     ] {
         let lamp = light(LightKind::Sphere, Vec3::from(c), Vec3::X * r, Vec3::ZERO, 1.0);
         converges("sphere", lamp, sphere_above(f64::from(r), c.map(f64::from)), 1e-4);
+    }
+}
+
+/// The form factor of any polygon above the horizon of a point at the origin, z up: Lambert's formula, a sum over edges.
+fn polygon_above(corners: &[[f64; 3]]) -> f64 {
+    let unit = |v: [f64; 3]| {
+        let len = v.iter().map(|x| x * x).sum::<f64>().sqrt();
+        v.map(|x| x / len)
+    };
+    let mut sum = 0.0;
+    for (i, &a) in corners.iter().enumerate() {
+        let (a, b) = (unit(a), unit(corners[(i + 1) % corners.len()]));
+        let cross =
+            [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
+        let sin = cross.iter().map(|x| x * x).sum::<f64>().sqrt();
+        let cos = a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+        sum += sin.atan2(cos) * cross[2] / sin;
+    }
+    (sum / (2.0 * PI)).abs()
+}
+
+#[test]
+fn lights_of_any_shape_and_attitude_agree_with_lamberts_formula() {
+    let corner = Vec3::new(0.2, -0.3, 0.4);
+    let (across, up) = (Vec3::new(0.1, 0.7, 0.05), Vec3::new(-0.2, 0.1, 0.5));
+    let square = across.cross(up.cross(across)).normalize() * 0.5;
+    for (kind, u, v) in [
+        (LightKind::Parallelogram, across, up),
+        (LightKind::Parallelogram, across, square),
+        (LightKind::Triangle, across, up),
+        (LightKind::Triangle, across * 0.1, up * 0.1),
+        (LightKind::Parallelogram, across * 0.1, square * 0.1),
+    ] {
+        // Turned so that it shines towards the origin.
+        let (u, v) = if u.cross(v).dot(corner) < 0.0 { (u, v) } else { (v, u) };
+        let mut corners = vec![corner, corner + u, corner + u + v, corner + v];
+        if kind == LightKind::Triangle {
+            corners.remove(2);
+        }
+        let corners: Vec<_> = corners.into_iter().map(|c| c.to_array().map(f64::from)).collect();
+        converges("polygon", light(kind, corner, u, v, 1.0), polygon_above(&corners), 1e-4);
     }
 }
