@@ -5,11 +5,11 @@ mod hull;
 use super::rounding::{UNIT_ROUNDOFF, max, min};
 use super::{Aabb, Primitive, Ray};
 use crate::scene::{Light, LightKind};
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use hull::Hull;
 
-/// Greatest number of planes: eight sides, near and far, and six along the axes.
-const PLANES_MAX: usize = 16;
+/// Greatest number of planes: a surface, eight sides, near and far, and six along the axes.
+const PLANES_MAX: usize = 17;
 /// What is allowed for the test's own rounding with a triangle, in parts of `R` and of the sum of the normal's components.
 const SLACK_DIRECT: f32 = 12.0 * UNIT_ROUNDOFF;
 /// What is allowed for the triangle test ([64 u](super::PreparedRay::TRIANGLE_ERROR)) and the directions of the rays, in parts of `R` and
@@ -127,11 +127,20 @@ impl Pyramid {
     /// [`SurfacePoint::spawn_to`](super::SurfacePoint::spawn_to) that begin in `from`.
     #[must_use]
     pub fn to_light(from: &Aabb, light: &Light) -> Self {
-        let mut pyramid = Self::of_hull(&Hull::to_light(from, light));
-        if light.kind == LightKind::Sphere as u32 {
-            pyramid.own = Some((Vec3::from_array(light.position), light.u[0]));
-        }
-        pyramid
+        Self::of_hull(&Hull::to_light(from, light)).with_own(light)
+    }
+
+    /// The same from one point, just off a surface, for rays that do not point back through it.
+    pub(super) fn from_surface(origin: Vec3, normal: DVec3, light: &Light) -> Self {
+        let mut hull = Hull::to_light(&Aabb { min: origin, max: origin }, light);
+        hull.surface = Some(normal);
+        Self::of_hull(&hull).with_own(light)
+    }
+
+    fn with_own(self, light: &Light) -> Self {
+        let [radius, ..] = light.u;
+        let sphere = light.kind == LightKind::Sphere as u32;
+        Self { own: sphere.then_some((Vec3::from_array(light.position), radius)), ..self }
     }
 
     /// A direction in the middle of the bundle, of no particular length: its signs are the order of octants.
@@ -253,7 +262,7 @@ impl Pyramid {
     }
 
     /// Adds the half-space of a normal that holds the hull and touches it; none, if the hull is unbounded there.
-    fn add(&mut self, hull: &Hull, normal: glam::DVec3) {
+    fn add(&mut self, hull: &Hull, normal: DVec3) {
         let greatest = normal.abs().max_element();
         let Some(plane) = self.planes.get_mut(usize::from(self.len)) else { return };
         if !(greatest > 0.0 && greatest < f64::INFINITY) {

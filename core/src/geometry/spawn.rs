@@ -1,6 +1,6 @@
 use super::rounding::UNIT_ROUNDOFF;
 use super::sphere::roots;
-use super::{Aabb, Hit, PreparedRay, Primitive, Ray};
+use super::{Aabb, Hit, PreparedRay, Primitive, Pyramid, Ray};
 use crate::scene::{Light, LightKind};
 use glam::{DVec3, Vec3};
 
@@ -56,10 +56,9 @@ impl Target {
     }
 }
 
-/// Clearance in parts of `R`, above [`PreparedRay::TRIANGLE_ERROR`]: see [`SurfacePoint::spawn`].
-const CLEARANCE: f64 = 72.0 * UNIT_ROUNDOFF as f64;
-/// The same for the end of a shadow ray. It leaves room for a pyramid to show that the light's own surface lies beyond all ends.
-pub(super) const TARGET_CLEARANCE: f64 = 160.0 * UNIT_ROUNDOFF as f64;
+/// Clearance in parts of `R`, above [`PreparedRay::TRIANGLE_ERROR`]: see [`SurfacePoint::spawn`]. What is more than 72 u leaves room for
+/// a pyramid to show that the surface where rays begin, or end, lies beyond all of them.
+pub(super) const CLEARANCE: f64 = 160.0 * UNIT_ROUNDOFF as f64;
 /// The distance between a light in the table and its surface in the blocks, and of a computed point on it from either, in parts of the
 /// coordinates: three roundings of each corner, five of a sample.
 pub(super) const TARGET_ERROR: f32 = 16.0 * UNIT_ROUNDOFF;
@@ -93,8 +92,8 @@ impl SurfacePoint {
     /// plane, going away from it. If the test succeeds, the triangle has a point `Q` that the line of the ray
     /// passes within `6√2 u R`, so the line does so at a `t` with `h + t d·n <= 6√2 u R`, and the `t` that the test finds is larger by
     /// at most `32 u R / |d[kz]|`. As `d·n <= √3 |d[kz]|`, it is below zero if `h > (6√2 + 32√3) u R`, which is less than `64 u R`. Clamping to the own box does not
-    /// raise it above zero: the box is entered no later than `Q`. The clearance is `72 u` times the greatest distance from the point to a
-    /// vertex plus one step of f32 per axis; the difference to 64 pays for the displacement itself. No constant here has a unit of length.
+    /// raise it above zero: the box is entered no later than `Q`. The clearance is `160 u` times the greatest distance from the point to a
+    /// vertex plus one step of f32 per axis; 72 u would do, for the displacement itself as well. No constant here has a unit of length.
     ///
     /// A sphere is tested in f64; there the clearance is what f32 rounding along the surface can lose to its curvature.
     #[must_use]
@@ -107,7 +106,7 @@ impl SurfacePoint {
     /// the surface of the target, if `target.error` and `target.extent` are right and each of the two points lies off the other's
     /// plane by more than the clearance. (If not, they see each other edge-on, at a cosine of some 10⁻⁵, and may be taken for hidden.)
     ///
-    /// It ends before the target's surface by its error and by a clearance as in [`spawn`](Self::spawn), of 160 u and with the
+    /// It ends before the target's surface by its error and by a clearance as in [`spawn`](Self::spawn), with the
     /// distance to the target's farthest point as `R`.
     #[must_use]
     pub fn spawn_to(&self, target: &Target) -> Ray {
@@ -117,10 +116,20 @@ impl SurfacePoint {
         let normal = target.normal.as_dvec3();
         let distance = back.abs().max_element();
         let reach = distance + f64::from(target.extent) + ULP * end.abs().max_element();
-        let clearance = f64::from(target.error) + TARGET_CLEARANCE * reach;
+        let clearance = f64::from(target.error) + CLEARANCE * reach;
         let off = if back.dot(normal) < 0.0 { -clearance } else { clearance };
         let direction = (normal * off - back).as_vec3();
         Ray { origin, direction, t_min: 0.0, t_max: 1.0 }
+    }
+
+    /// The pyramid of the shadow rays from here to a light that leave the surface on the side that `towards` points to, for
+    /// ends on that side: rays of [`spawn_to`](Self::spawn_to) whose direction does not point back through the surface. It does not
+    /// touch the surface that they leave.
+    #[must_use]
+    pub fn pyramid_to(&self, light: &Light, towards: Vec3) -> Pyramid {
+        let towards = towards.as_dvec3();
+        let normal = if towards.dot(self.unit) < 0.0 { -self.unit } else { self.unit };
+        Pyramid::from_surface(self.origin_towards(towards), normal, light)
     }
 
     /// The box of the two places, one on each side, where rays from here begin.

@@ -165,8 +165,7 @@ impl<'w> Clip<'w> {
     /// Takes the first entry, if it is ready.
     pub fn pop(&mut self) -> Option<ClipEntry> {
         let entry = self.entries().first().copied().filter(ClipEntry::is_ready)?;
-        self.window.copy_within(1..self.len, 0);
-        self.len -= 1;
+        self.remove(0);
         Some(entry)
     }
 
@@ -197,7 +196,7 @@ impl<'w> Clip<'w> {
             // The last reference makes place for the rest, of which it is the first.
             let last = found.at.checked_sub(1).filter(|_| found.refs > 0)?;
             self.remove(last);
-            let skip = entry.skip.saturating_add(found.refs - 1);
+            let skip = entry.skip.saturating_add(found.refs.saturating_sub(1));
             self.insert(last, ClipEntry { skip, state: State::Rest, ..entry });
         }
         if found.touched && !known {
@@ -284,18 +283,30 @@ impl<'w> Clip<'w> {
 
     fn remove(&mut self, at: usize) {
         if at < self.len {
-            self.window.copy_within(at + 1..self.len, at);
+            for i in at + 1..self.len {
+                if let (Some(&entry), Some(i)) = (self.window.get(i), i.checked_sub(1)) {
+                    self.put(i, entry);
+                }
+            }
             self.len -= 1;
         }
     }
 
     fn insert(&mut self, at: usize, entry: ClipEntry) {
         if self.len < self.window.len() && at <= self.len {
-            self.window.copy_within(at..self.len, at + 1);
-            if let Some(place) = self.window.get_mut(at) {
-                *place = entry;
+            for i in (at..self.len).rev() {
+                if let Some(&entry) = self.window.get(i) {
+                    self.put(i + 1, entry);
+                }
             }
+            self.put(at, entry);
             self.len += 1;
+        }
+    }
+
+    fn put(&mut self, at: usize, entry: ClipEntry) {
+        if let Some(place) = self.window.get_mut(at) {
+            *place = entry;
         }
     }
 }

@@ -1,7 +1,7 @@
 //! The hull of a bundle in f64: its support function, and the normals worth asking it for.
 
 use crate::geometry::rounding::{UNIT_ROUNDOFF, max};
-use crate::geometry::spawn::{TARGET_CLEARANCE, TARGET_ERROR};
+use crate::geometry::spawn::{CLEARANCE, TARGET_ERROR};
 use crate::geometry::{Aabb, Ray};
 use crate::scene::{Light, LightKind};
 use glam::{DVec2, DVec3, Vec3};
@@ -32,6 +32,8 @@ pub(super) struct Hull {
     rim_is_far: bool,
     /// A half-space that holds the hull, though its points do not tell: the least `normal · x`.
     floor: Option<(DVec3, f64)>,
+    /// The normal of the surface through the origin that all rays leave.
+    pub(super) surface: Option<DVec3>,
     /// What is added to the hull on all sides.
     inflate: f64,
 }
@@ -96,6 +98,7 @@ impl Hull {
             rim: List::EMPTY,
             rim_is_far: false,
             floor: None,
+            surface: None,
             inflate: 0.0,
         }
     }
@@ -165,6 +168,12 @@ impl Hull {
         let place = f64::from(Vec3::from_array(light.position).abs().max_element());
         let error = f64::from(TARGET_ERROR) * (place + size);
         let kind = LightKind::from_u32(light.kind);
+        if matches!(kind, Some(LightKind::Point | LightKind::Spot)) {
+            // A free target: only the direction to it is rounded.
+            self.inflate =
+                8.0 * f64::from(UNIT_ROUNDOFF) * (position.abs().max_element() + self.spread);
+            return;
+        }
         let disc = kind == Some(LightKind::Disc);
         // The greatest distance along an axis between the origin and the light.
         let far = if disc || kind == Some(LightKind::Sphere) {
@@ -172,7 +181,7 @@ impl Hull {
         } else {
             self.points.iter().map(|p| p.abs().max_element()).fold(0.0, f64::max)
         };
-        self.inflate = 1.1 * TARGET_CLEARANCE * (far + self.spread + 2.0 * size) + 2.0 * error;
+        self.inflate = 1.1 * CLEARANCE * (far + self.spread + 2.0 * size) + 2.0 * error;
         let flat =
             disc || kind == Some(LightKind::Parallelogram) || kind == Some(LightKind::Triangle);
         let cross = u.cross(v);
@@ -180,7 +189,7 @@ impl Hull {
         let length = libm::sqrt(normal.length_squared());
         // Each ray stands off by 160 u of its own distance to the light's farthest corner, which is at least this, less
         // its roundings, and by `error`, of which the sample took half; the other half is the surface's in the blocks.
-        let own = (TARGET_CLEARANCE - 4.0 * f64::from(UNIT_ROUNDOFF)) * (far - self.spread);
+        let own = (CLEARANCE - 4.0 * f64::from(UNIT_ROUNDOFF)) * (far - self.spread);
         let least = normal.dot(position) + (own + 0.5 * error) * length;
         if flat && own > 0.0 && self.starts().all(|s| normal.dot(s) > least) {
             self.floor = Some((normal, least));
@@ -263,6 +272,9 @@ impl Hull {
         {
             return Some(least);
         }
+        if self.surface == Some(normal) {
+            return Some(0.0);
+        }
         let length = libm::sqrt(normal.length_squared());
         let unbounded = |d: DVec3| {
             normal.dot(d) < -DIRECTION_TOLERANCE * length * libm::sqrt(d.length_squared())
@@ -287,6 +299,9 @@ impl Hull {
 
     /// Gives the normals of half-spaces that may hold the hull tightly; the support says where.
     pub(super) fn normals(&self, add: &mut dyn FnMut(DVec3)) {
+        if let Some(normal) = self.surface {
+            add(normal);
+        }
         for (i, edge) in self.rim.edges().enumerate() {
             add(self.side(i, edge));
         }
