@@ -21,15 +21,12 @@
 //! | [`store`] | a node's memory: arena, budget, block cache, pools and queues |
 //! | [`network`] | topologies and their routes, credits of links |
 //! | [`render`] | a picture on one node: tiles of pixels, rendered inside one arena |
-#![no_std]
+#![cfg_attr(not(test), no_std)]
 #![forbid(unsafe_code)]
 #![cfg_attr(
     not(test),
     warn(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::indexing_slicing)
 )]
-
-#[cfg(test)]
-extern crate std;
 
 pub mod block;
 pub mod geometry;

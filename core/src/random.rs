@@ -105,8 +105,6 @@ const fn unit(x: u32) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::collections::BTreeSet;
-    use std::vec::Vec;
 
     /// The definition of a (0, k, 2)-net: every elementary interval of area 2⁻ᵏ holds one point.
     #[test]
@@ -118,7 +116,7 @@ mod tests {
                 for run in [0, 1, 5, (u32::MAX >> k) - 1] {
                     let points: Vec<_> = (0..n).map(|i| sequence.point((run << k) + i)).collect();
                     for a in 0..=k {
-                        let cells: BTreeSet<_> = points
+                        let cells: std::collections::BTreeSet<_> = points
                             .iter()
                             .map(|[x, y]| {
                                 let columns = (1 << a) as f32;

@@ -12,7 +12,7 @@ pub(super) struct Run<'a> {
     pub(super) common: &'a Common,
     pub(super) options: &'a Options,
     pub(super) rendered: &'a Rendered,
-    /// Wall clock, from the first byte read to the last pixel [s].
+    /// Wall clock, from the first byte read to the last pixel (s).
     pub(super) time_s: f64,
     /// Of it, rendering.
     pub(super) render_s: f64,

@@ -79,7 +79,6 @@ pub fn tangents(n: Vec3) -> (Vec3, Vec3) {
 mod tests {
     use super::*;
     use crate::random::Sequence;
-    use std::vec;
 
     fn direction(theta: f64, phi: f64) -> Vec3 {
         let (s, c) = theta.sin_cos();

@@ -129,14 +129,12 @@ impl Iterator for Places {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::collections::BTreeSet;
-    use std::vec::Vec;
 
     #[test]
     fn tiles_cover_every_pixel_once() {
         for (width, height, side) in [(1, 1, 8), (17, 9, 4), (64, 64, 32), (5, 40, 1), (0, 7, 8)] {
             let tiling = Tiling::new(width, height, side);
-            let mut seen = BTreeSet::new();
+            let mut seen = std::collections::BTreeSet::new();
             for tile in (0..tiling.len()).map(|i| tiling.tile(i).unwrap()) {
                 for y in 0..tile.height {
                     for x in 0..tile.width {
@@ -164,7 +162,8 @@ mod tests {
         for (width, height, samples) in [(8, 8, 4), (3, 5, 1), (1, 1, 7), (10, 4, 2)] {
             let tile = Tile { x: 100, y: 200, width, height };
             let places: Vec<_> = Places::new(tile, samples).collect();
-            let all: BTreeSet<_> = places.iter().map(|p| (p.x, p.y, p.sample)).collect();
+            let all: std::collections::BTreeSet<_> =
+                places.iter().map(|p| (p.x, p.y, p.sample)).collect();
             assert_eq!(all.len() as u32, width * height * samples);
             assert_eq!(places.len(), all.len());
             for p in places {

@@ -225,7 +225,6 @@ impl core::error::Error for BudgetError {}
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::string::ToString;
 
     #[test]
     fn what_does_not_fit_is_refused_line_by_line() {

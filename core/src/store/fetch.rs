@@ -155,8 +155,6 @@ mod tests {
     use crate::block::format::BlockHeader;
     use crate::store::{Arena, Chunk};
     use bytemuck::Zeroable;
-    use std::vec;
-    use std::vec::Vec;
 
     const BLOCK: usize = 1024;
 

@@ -123,9 +123,6 @@ impl<'a, T: Copy> Pool<'a, T> {
 mod tests {
     use super::*;
     use proptest::prelude::*;
-    use std::collections::HashMap;
-    use std::vec;
-    use std::vec::Vec;
 
     proptest! {
         #[test]
@@ -136,7 +133,7 @@ mod tests {
             let mut items = vec![0_u8; capacity];
             let mut next = vec![Slot::NONE; capacity];
             let mut pool = Pool::new(&mut items, &mut next);
-            let mut model: HashMap<Slot, u8> = HashMap::new();
+            let mut model: std::collections::HashMap<Slot, u8> = std::collections::HashMap::new();
             let mut order: Vec<Slot> = Vec::new();
             let mut peak = 0;
             for (what, value, n) in steps {

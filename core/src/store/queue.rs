@@ -93,9 +93,6 @@ impl<'a, T: Copy> Queue<'a, T> {
 mod tests {
     use super::*;
     use proptest::prelude::*;
-    use std::collections::VecDeque;
-    use std::vec;
-    use std::vec::Vec;
 
     proptest! {
         #[test]
@@ -105,7 +102,7 @@ mod tests {
         ) {
             let mut items = vec![0_u8; capacity];
             let mut queue = Queue::new(&mut items);
-            let mut model = VecDeque::new();
+            let mut model = std::collections::VecDeque::new();
             let mut peak = 0;
             for step in steps {
                 match step {
