@@ -98,7 +98,8 @@ fn octants(items: &mut [Item], levels: usize) -> (Node, [usize; 8]) {
             let slot = part * 2 * step;
             let begin = if slot == 0 { 0 } else { ends[slot - 1] };
             let part = &items[begin..ends[slot + 2 * step - 1]];
-            if part.len() > RECORD_PRIMITIVES {
+            // Slots are free: what takes two records is cut as long as there are any.
+            if part.len() > RECORD_PRIMITIVES || records(part) > 1 {
                 let cuts = if by_count { by_halves(part) } else { cuts(part) };
                 for (cost, cut) in cost.iter_mut().zip(&cuts) {
                     *cost += cut.cost;

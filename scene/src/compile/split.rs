@@ -41,7 +41,11 @@ pub(crate) fn halves(items: &[Item]) -> Cut {
 
 /// The best cut of each axis. There are at least two items.
 pub(crate) fn cuts(items: &[Item]) -> [Cut; 3] {
-    if items.len() <= SWEEP_MAX { [0, 1, 2].map(|axis| sweep(items, axis)) } else { bins(items) }
+    if items.len() > SWEEP_MAX {
+        return bins(items);
+    }
+    let mut records = Records::new(items);
+    [0, 1, 2].map(|axis| sweep(items, axis, &mut records))
 }
 
 /// A key that orders items along an axis: by centre, then by position in the slice.
@@ -51,7 +55,41 @@ fn key(item: &Item, axis: usize, index: usize) -> u64 {
     u64::from(ordered) << 32 | index as u64
 }
 
-fn sweep(items: &[Item], axis: usize) -> Cut {
+/// Records as items are added: a record holds items of one group.
+struct Records {
+    /// Of each item, the first item of its group.
+    group: [u8; SWEEP_MAX],
+    /// Items so far, by the first of their group.
+    counts: [u8; SWEEP_MAX],
+    records: u32,
+}
+
+impl Records {
+    fn new(items: &[Item]) -> Self {
+        let mut group = [0; SWEEP_MAX];
+        for (i, item) in items.iter().enumerate() {
+            // Most sets are of one group.
+            let first = items.iter().position(|other| other.group == item.group);
+            group[i] = first.unwrap_or(i) as u8;
+        }
+        Self { group, counts: [0; SWEEP_MAX], records: 0 }
+    }
+
+    fn clear(&mut self) {
+        self.counts = [0; SWEEP_MAX];
+        self.records = 0;
+    }
+
+    /// Adds an item; returns the records of all so far.
+    fn add(&mut self, item: usize) -> f32 {
+        let count = &mut self.counts[usize::from(self.group[item])];
+        self.records += u32::from(usize::from(*count).is_multiple_of(RECORD_PRIMITIVES));
+        *count += 1;
+        self.records as f32
+    }
+}
+
+fn sweep(items: &[Item], axis: usize, records: &mut Records) -> Cut {
     let n = items.len();
     let mut keys = [0; SWEEP_MAX];
     let keys = &mut keys[..n];
@@ -59,18 +97,20 @@ fn sweep(items: &[Item], axis: usize) -> Cut {
         *key_ = key(item, axis, i);
     }
     keys.sort_unstable();
-    let item = |rank: usize| items[keys[rank] as u32 as usize].lanes();
+    let item = |rank: usize| keys[rank] as u32 as usize;
     let mut above = [0.0; SWEEP_MAX];
     let mut bounds = Bounds::EMPTY;
+    records.clear();
     for rank in (1..n).rev() {
-        bounds.grow(item(rank));
-        above[rank] = bounds.area() * records(n - rank);
+        bounds.grow(items[item(rank)].lanes());
+        above[rank] = bounds.area() * records.add(item(rank));
     }
     let mut best = Cut { cost: f32::INFINITY, at: At::Count(n / 2) };
     let mut bounds = Bounds::EMPTY;
+    records.clear();
     for (rank, above) in above.iter().enumerate().take(n).skip(1) {
-        bounds.grow(item(rank - 1));
-        let cost = bounds.area() * records(rank) + above;
+        bounds.grow(items[item(rank - 1)].lanes());
+        let cost = bounds.area() * records.add(item(rank - 1)) + above;
         if cost < best.cost {
             best = Cut { cost, at: At::Count(rank) };
         }
