@@ -106,13 +106,17 @@ fn sweep(items: &[Item], axis: usize, records: &mut Records) -> Cut {
         above[rank] = bounds.area() * records.add(item(rank));
     }
     let mut best = Cut { cost: f32::INFINITY, at: At::Count(n / 2) };
+    let mut off_middle = n;
     let mut bounds = Bounds::EMPTY;
     records.clear();
     for (rank, above) in above.iter().enumerate().take(n).skip(1) {
         bounds.grow(items[item(rank - 1)].lanes());
         let cost = bounds.area() * records.add(item(rank - 1)) + above;
-        if cost < best.cost {
+        // Where all cuts cost the same, as in a heap of equal boxes, the middle makes the shallowest tree.
+        let off = rank.abs_diff(n / 2);
+        if cost < best.cost || cost == best.cost && off < off_middle {
             best = Cut { cost, at: At::Count(rank) };
+            off_middle = off;
         }
     }
     best
