@@ -5,6 +5,7 @@ use super::tile::{Places, Tile};
 use super::{Plan, Sight};
 use crate::block::BlockSource;
 use crate::geometry::Hit;
+use crate::material::OpticalDepth;
 use crate::path::PathKey;
 use crate::scene::Needs;
 use crate::shade::{Counts, Path, Point, SPLITS, Shader, Sum};
@@ -235,19 +236,32 @@ impl<'a> Renderer<'a> {
         if tables.lights.len() > 1 {
             sort_by_key(self.shadows.items_mut(), |shadow| shadow.source);
         }
-        work.counts.shadow = work.counts.shadow.saturating_add(self.shadows.len() as u64);
-        for shadow in self.shadows.items() {
-            let depth = work.sight.depth(&shadow.ray(), materials).map_err(RenderError::Trace)?;
-            if !depth.is_opaque()
-                && let Some(sum) = self.sums.get_mut(shadow.pixel as usize)
-            {
-                sum.add(unit.quantise(shadow.light() * depth.transmittance()));
+        let bundles = self.shadows.items().chunk_by(|a, b| a.source == b.source);
+        for bundle in bundles.flat_map(|bundle| bundle.chunks(BUNDLE)) {
+            let light = bundle.first().and_then(|ray| tables.lights.get(ray.source as usize));
+            let clear = light.is_some_and(|light| work.sight.is_clear(bundle, light));
+            let count = if clear { &mut work.counts.shadow_clear } else { &mut work.counts.shadow };
+            *count = count.saturating_add(bundle.len() as u64);
+            for shadow in bundle {
+                let depth = if clear {
+                    OpticalDepth::CLEAR
+                } else {
+                    work.sight.depth(&shadow.ray(), materials).map_err(RenderError::Trace)?
+                };
+                if !depth.is_opaque()
+                    && let Some(sum) = self.sums.get_mut(shadow.pixel as usize)
+                {
+                    sum.add(unit.quantise(shadow.light() * depth.transmittance()));
+                }
             }
         }
         self.shadows.clear();
         Ok(())
     }
 }
+
+/// Shadow rays of a bundle, at most.
+const BUNDLE: usize = 64;
 
 /// Most children of a point that a ray of this depth finds.
 fn children_of(depth: u32, job: &Job<'_>) -> usize {

@@ -17,6 +17,8 @@ pub struct Counts {
     pub lights_by_chance: u64,
     /// Shadow rays not traced, as their light would not count: below the horizon, or beside the light.
     pub shadow_dark: u64,
+    /// Shadow rays not traced, as nothing lies between their bundle and its light.
+    pub shadow_clear: u64,
     /// Specular rays not traced by chance, as they bring little; others stand for them.
     pub specular_by_chance: u64,
     /// Specular rays not traced, as the path is as long as allowed.
@@ -35,6 +37,7 @@ impl Counts {
             (&mut self.lights_out_of_reach, other.lights_out_of_reach),
             (&mut self.lights_by_chance, other.lights_by_chance),
             (&mut self.shadow_dark, other.shadow_dark),
+            (&mut self.shadow_clear, other.shadow_clear),
             (&mut self.specular_by_chance, other.specular_by_chance),
             (&mut self.specular_too_deep, other.specular_too_deep),
         ];

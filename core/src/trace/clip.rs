@@ -337,15 +337,15 @@ struct Level {
 }
 
 /// The frame of a block, relative to a pyramid's origin.
-struct Frame {
+pub(crate) struct Frame {
     origin: Vec3,
     scale: Vec3,
     /// At least the distance along any axis from the pyramid's origin to any box in the frame.
-    reach: f32,
+    pub(crate) reach: f32,
 }
 
 impl Frame {
-    fn new(view: &BlockView<'_>, pyramid: &Pyramid) -> Self {
+    pub(crate) fn new(view: &BlockView<'_>, pyramid: &Pyramid) -> Self {
         let header = view.header();
         let origin = Vec3::from_array(header.origin) - pyramid.origin();
         let scale = Vec3::from_array(header.scale);
@@ -353,7 +353,7 @@ impl Frame {
     }
 
     /// The box of a slot. `scale * q` is exact; the sum is rounded once, as the origin was.
-    fn slot(&self, node: &Node, slot: u8) -> Option<(Vec3, Vec3)> {
+    pub(crate) fn slot(&self, node: &Node, slot: u8) -> Option<(Vec3, Vec3)> {
         let corner = |q: &[[u16; 8]; 3]| {
             let [x, y, z] = q;
             let at = |q: &[u16; 8]| q.get(usize::from(slot)).map(|&q| f32::from(q));
@@ -374,7 +374,7 @@ fn flip(node: &Node, direction: Vec3) -> u8 {
 }
 
 /// The primitives of a record.
-fn primitives<'a>(
+pub(crate) fn primitives<'a>(
     view: &'a BlockView<'_>,
     record: &'a Record,
 ) -> impl Iterator<Item = Primitive> + 'a {

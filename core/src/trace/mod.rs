@@ -28,6 +28,7 @@ mod tracer;
 mod walk;
 
 pub use clip::{Clip, ClipCounts, ClipEntry};
+pub(crate) use clip::{Frame as ClipFrame, primitives};
 pub use cursor::{Cursor, TraceError};
 pub use frame::{BoxFrame, BoxRay};
 pub use lanes::Lanes;
