@@ -1,6 +1,6 @@
 use kiloray_core::block::BlockSource;
 use kiloray_core::geometry::{Hit, Ray};
-use kiloray_core::trace::{Cursor, Scalar, TraceError, Tracer};
+use kiloray_core::trace::{Batch, Cursor, Scalar, TraceError, Tracer};
 
 #[cfg(target_arch = "x86_64")]
 use crate::avx2::Avx2;
@@ -108,12 +108,42 @@ impl Tracer for Auto {
         }
         Scalar.every(cursor, source, ray, visit)
     }
+
+    fn closest_batch<S: BlockSource>(
+        self,
+        room: &mut Batch,
+        source: &mut S,
+        rays: &[Ray],
+        hits: &mut [Option<Hit>],
+    ) -> Result<(), TraceError<S::Error>> {
+        #[cfg(target_arch = "x86_64")]
+        if let Some(lanes) = self.avx2 {
+            // SAFETY: `lanes` proves that the machine has these features.
+            return unsafe { entry::closest_batch(lanes, room, source, rays, hits) };
+        }
+        Scalar.closest_batch(room, source, rays, hits)
+    }
+
+    fn any_batch<S: BlockSource>(
+        self,
+        room: &mut Batch,
+        source: &mut S,
+        rays: &[Ray],
+        hits: &mut [bool],
+    ) -> Result<(), TraceError<S::Error>> {
+        #[cfg(target_arch = "x86_64")]
+        if let Some(lanes) = self.avx2 {
+            // SAFETY: `lanes` proves that the machine has these features.
+            return unsafe { entry::any_batch(lanes, room, source, rays, hits) };
+        }
+        Scalar.any_batch(room, source, rays, hits)
+    }
 }
 
 /// The entries of the AVX2 code: all that they call is inlined into them, and compiled for AVX2.
 #[cfg(target_arch = "x86_64")]
 mod entry {
-    use super::{Avx2, BlockSource, Cursor, Hit, Ray, TraceError};
+    use super::{Avx2, Batch, BlockSource, Cursor, Hit, Ray, TraceError};
     use kiloray_core::trace;
 
     #[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
@@ -163,5 +193,27 @@ mod entry {
         visit: impl FnMut(&Hit) -> bool,
     ) -> Result<(), TraceError<S::Error>> {
         trace::every(lanes, cursor, source, ray, visit)
+    }
+
+    #[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
+    pub(super) fn closest_batch<S: BlockSource>(
+        lanes: Avx2,
+        room: &mut Batch,
+        source: &mut S,
+        rays: &[Ray],
+        hits: &mut [Option<Hit>],
+    ) -> Result<(), TraceError<S::Error>> {
+        trace::closest_batch(lanes, room, source, rays, hits)
+    }
+
+    #[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
+    pub(super) fn any_batch<S: BlockSource>(
+        lanes: Avx2,
+        room: &mut Batch,
+        source: &mut S,
+        rays: &[Ray],
+        hits: &mut [bool],
+    ) -> Result<(), TraceError<S::Error>> {
+        trace::any_batch(lanes, room, source, rays, hits)
     }
 }

@@ -184,12 +184,6 @@ impl Lanes for Avx2 {
             !(_mm_movemask_ps(opposite) as u32) & used
         }
     }
-
-    #[inline(always)]
-    fn prefetch<T>(self, value: &T) {
-        // SAFETY: prefetching reads nothing.
-        unsafe { _mm_prefetch::<_MM_HINT_T0>(core::ptr::from_ref(value).cast()) }
-    }
 }
 
 /// The corners of four triangles along `kx, ky, kz`: the first and second in the halves of `ab`.

@@ -16,6 +16,7 @@ mod view;
 pub use error::BlockError;
 pub use file::{FileError, KiloView, Table};
 pub use source::{BlockSource, NoBlock};
+pub(crate) use view::NO_HEADER;
 pub use view::{BlockLimits, BlockView, checksum};
 
 /// Whether this build has spheres; without them a block that holds one is refused.

@@ -18,6 +18,12 @@ pub trait BlockSource {
     /// # Errors
     /// As the source defines; the traversal stops, and can be resumed from its cursor.
     fn block(&mut self, block: u32) -> Result<BlockView<'_>, Self::Error>;
+
+    /// Whether all blocks are at hand, so that asking for one costs nothing and replaces no other.
+    #[inline(always)]
+    fn holds_all(&self) -> bool {
+        false
+    }
 }
 
 /// The file has no block of this number.
@@ -40,6 +46,11 @@ impl BlockSource for KiloView<'_> {
     fn block(&mut self, block: u32) -> Result<BlockView<'_>, NoBlock> {
         self.trusted_block(block).ok_or(NoBlock(block))
     }
+
+    #[inline(always)]
+    fn holds_all(&self) -> bool {
+        true
+    }
 }
 
 impl<S: BlockSource> BlockSource for &mut S {
@@ -48,5 +59,10 @@ impl<S: BlockSource> BlockSource for &mut S {
     #[inline(always)]
     fn block(&mut self, block: u32) -> Result<BlockView<'_>, S::Error> {
         (**self).block(block)
+    }
+
+    #[inline(always)]
+    fn holds_all(&self) -> bool {
+        (**self).holds_all()
     }
 }

@@ -43,7 +43,7 @@ pub fn checksum(bytes: &[u8]) -> u32 {
 #[repr(C, align(16))]
 pub(super) struct Quad([u8; 16]);
 
-static NO_HEADER: BlockHeader = BlockHeader {
+pub(crate) static NO_HEADER: BlockHeader = BlockHeader {
     crc: 0,
     block: u32::MAX,
     origin: [0.0; 3],

@@ -1,6 +1,7 @@
 use core::fmt;
 
-use crate::block::format::DEPTH_MAX;
+use super::code::INDEX;
+use crate::block::format::{DEPTH_MAX, Ref};
 use crate::geometry::{Hit, PreparedRay, Ray};
 
 /// The whole state of a traversal: where it is, what is still to be visited, and the best hit so far.
@@ -28,14 +29,31 @@ pub(super) struct Run {
 pub(super) struct Place {
     /// The block it needs.
     pub(super) block: u32,
-    /// The node to enter, unless it returns to its deepest live level.
-    pub(super) node: u16,
-    /// The level of that node.
+    /// The child it visits there, as its bits; an empty one: back to the deepest live level.
+    pub(super) child: u16,
+    /// The level of that child.
     pub(super) depth: u8,
-    /// It enters a node; otherwise it returns.
-    pub(super) enter: bool,
     /// Nodes that it may still visit.
     pub(super) steps: u32,
+}
+
+impl Place {
+    /// The root.
+    pub(super) const ROOT: Self = Self { block: 0, child: 0, depth: 0, steps: STEPS_MAX };
+
+    /// Counts a node. `true`: no sound tree has so many, or is so deep.
+    #[inline(always)]
+    pub(super) fn spent(&mut self) -> bool {
+        self.steps = self.steps.saturating_sub(1);
+        self.steps == 0 || usize::from(self.depth) >= DEPTH_MAX
+    }
+
+    /// Goes through a reference.
+    #[inline(always)]
+    pub(super) fn enter(&mut self, to: Ref) {
+        self.block = to.block;
+        self.child = to.node & INDEX;
+    }
 }
 
 /// The path from the root to the current node, with what is left to visit beside it.
@@ -54,13 +72,13 @@ pub(super) struct Level {
     pub(super) near: [f32; 8],
     /// The children, by slot.
     pub(super) child: [u16; 8],
-    /// The block and the node that this level is.
+    /// The block that the node lies in.
     pub(super) block: u32,
-    pub(super) node: u16,
     /// Slot `k ^ flip` is visited `k`th.
     pub(super) flip: u8,
     /// Bit `k`: still to be visited.
     pub(super) pending: u8,
+    pub(super) _zero: [u8; 10],
 }
 
 const _: () = {
@@ -94,15 +112,10 @@ impl Cursor {
     /// Room for a traversal.
     #[must_use]
     pub const fn new() -> Self {
-        const LEVEL: Level =
-            Level { near: [0.0; 8], child: [0; 8], block: 0, node: 0, flip: 0, pending: 0 };
         Self {
-            run: Run {
-                ray: PreparedRay::NONE,
-                at: Place { block: 0, node: 0, depth: 0, enter: false, steps: 0 },
-            },
+            run: Run { ray: PreparedRay::NONE, at: Place::ROOT },
             best: None,
-            levels: Levels { live: 0, level: [LEVEL; DEPTH_MAX] },
+            levels: Levels::new(),
         }
     }
 
@@ -125,13 +138,17 @@ impl Run {
     /// Begins a ray, at the root.
     #[inline(always)]
     pub(super) fn new(ray: &Ray) -> Self {
-        let ray = PreparedRay::new(ray);
-        let enter = !ray.is_none();
-        Self { ray, at: Place { block: 0, node: 0, depth: 0, enter, steps: STEPS_MAX } }
+        Self { ray: PreparedRay::new(ray), at: Place::ROOT }
     }
 }
 
 impl Levels {
+    pub(super) const fn new() -> Self {
+        const LEVEL: Level =
+            Level { near: [0.0; 8], child: [0; 8], block: 0, flip: 0, pending: 0, _zero: [0; 10] };
+        Self { live: 0, level: [LEVEL; DEPTH_MAX] }
+    }
+
     #[inline(always)]
     #[allow(clippy::indexing_slicing, reason = "the mask keeps it in range")]
     pub(super) fn at_mut(&mut self, depth: u32) -> &mut Level {

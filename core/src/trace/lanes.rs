@@ -40,7 +40,4 @@ pub trait Lanes: Copy {
     ///
     /// `words` are the [vertices of the block](crate::block::BlockView::vertex_words).
     fn candidates(self, ray: &Self::Ray, words: &[f32], record: &Record) -> u32;
-
-    /// Says that the bytes of this value will be read soon.
-    fn prefetch<T>(self, value: &T);
 }

@@ -13,6 +13,7 @@
 //!
 //! See [`BoxFrame`].
 
+mod batch;
 mod clip;
 mod code;
 mod cursor;
@@ -25,8 +26,10 @@ mod scalar;
 #[cfg(test)]
 mod tests;
 mod tracer;
+mod visit;
 mod walk;
 
+pub use batch::{Batch, FLIGHTS, any_batch, closest_batch};
 pub use clip::{Clip, ClipCounts, ClipEntry};
 pub(crate) use clip::{Frame as ClipFrame, primitives};
 pub use cursor::{Cursor, TraceError};

@@ -49,3 +49,29 @@ impl<F: FnMut(&Hit) -> bool> Query for Every<F> {
         (self.visit)(&hit())
     }
 }
+
+/// As [`Closest`], in a place of the caller's.
+pub(super) struct ClosestInto<'a>(pub(super) &'a mut Option<Hit>);
+
+impl Query for ClosestInto<'_> {
+    #[inline(always)]
+    fn hit(&mut self, ray: &mut PreparedRay, t: f32, hit: impl FnOnce() -> Hit) -> bool {
+        let hit = hit();
+        if self.0.as_ref().is_none_or(|best| hit.is_closer_than(best)) {
+            *self.0 = Some(hit);
+            ray.t_max = t;
+        }
+        false
+    }
+}
+
+/// As [`Any`], in a place of the caller's.
+pub(super) struct AnyInto<'a>(pub(super) &'a mut bool);
+
+impl Query for AnyInto<'_> {
+    #[inline(always)]
+    fn hit(&mut self, _: &mut PreparedRay, _: f32, _: impl FnOnce() -> Hit) -> bool {
+        *self.0 = true;
+        true
+    }
+}

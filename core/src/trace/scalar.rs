@@ -84,9 +84,6 @@ impl Lanes for Scalar {
     fn candidates(self, _: &BoxRay, _: &[f32], _: &Record) -> u32 {
         0b1111
     }
-
-    #[inline(always)]
-    fn prefetch<T>(self, _: &T) {}
 }
 
 #[inline(always)]

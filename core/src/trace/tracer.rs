@@ -1,3 +1,4 @@
+use super::batch::{self, Batch};
 use super::cursor::{Cursor, TraceError};
 use super::scalar::Scalar;
 use super::walk;
@@ -62,6 +63,31 @@ pub trait Tracer: Copy {
         ray: &Ray,
         visit: impl FnMut(&Hit) -> bool,
     ) -> Result<(), TraceError<S::Error>>;
+
+    /// The closest hits of many rays, `hits[i]` that of `rays[i]`; of the longer slice the rest is left out. A source
+    /// that does not hold all blocks is asked for each block once for as many rays as want it.
+    ///
+    /// # Errors
+    /// [`TraceError`]: the hits are then incomplete, and the batch begins anew.
+    fn closest_batch<S: BlockSource>(
+        self,
+        room: &mut Batch,
+        source: &mut S,
+        rays: &[Ray],
+        hits: &mut [Option<Hit>],
+    ) -> Result<(), TraceError<S::Error>>;
+
+    /// Whether each of many rays hits anything, as [`Tracer::closest_batch`].
+    ///
+    /// # Errors
+    /// As [`Tracer::closest_batch`].
+    fn any_batch<S: BlockSource>(
+        self,
+        room: &mut Batch,
+        source: &mut S,
+        rays: &[Ray],
+        hits: &mut [bool],
+    ) -> Result<(), TraceError<S::Error>>;
 }
 
 impl Tracer for Scalar {
@@ -107,5 +133,25 @@ impl Tracer for Scalar {
         visit: impl FnMut(&Hit) -> bool,
     ) -> Result<(), TraceError<S::Error>> {
         walk::every(self, cursor, source, ray, visit)
+    }
+
+    fn closest_batch<S: BlockSource>(
+        self,
+        room: &mut Batch,
+        source: &mut S,
+        rays: &[Ray],
+        hits: &mut [Option<Hit>],
+    ) -> Result<(), TraceError<S::Error>> {
+        batch::closest_batch(self, room, source, rays, hits)
+    }
+
+    fn any_batch<S: BlockSource>(
+        self,
+        room: &mut Batch,
+        source: &mut S,
+        rays: &[Ray],
+        hits: &mut [bool],
+    ) -> Result<(), TraceError<S::Error>> {
+        batch::any_batch(self, room, source, rays, hits)
     }
 }

@@ -1,12 +1,12 @@
 //! The traversal of a single ray.
 
-use super::code::{EMPTY, INDEX, is_leaf, is_node, is_ref};
+use super::code::{INDEX, is_leaf, is_node, is_ref};
 use super::cursor::{Cursor, Levels, Place, Run, TraceError};
 use super::lanes::Lanes;
 use super::leaf::leaf;
-use super::octant::{Octants, first_octants, ordered};
+use super::octant::{Octants, first_octants};
 use super::query::{Any, Closest, Every, Query};
-use crate::block::format::DEPTH_MAX;
+use super::visit::{take, visit};
 use crate::block::{BlockSource, BlockView};
 use crate::geometry::{Hit, PreparedRay, Ray};
 
@@ -134,7 +134,7 @@ fn walk<L: Lanes, S: BlockSource, Q: Query>(
     source: &mut S,
     query: &mut Q,
 ) -> Result<(), TraceError<S::Error>> {
-    if !run.at.enter && levels.live == 0 {
+    if run.ray.is_none() {
         return Ok(());
     }
     let octants = first_octants(&run.ray);
@@ -170,80 +170,30 @@ fn in_block<L: Lanes, Q: Query>(
     query: &mut Q,
 ) -> Leave {
     let &Fixed { lanes, view, frame, prepared, octants } = fixed;
-    let block = at.block;
-    let mut enter = at.enter;
     loop {
-        let mut child = EMPTY;
-        if enter {
-            let Some(node) = view.node(at.node) else { return Leave::Corrupt };
-            if usize::from(at.depth) >= DEPTH_MAX || at.steps == 0 {
+        while is_node(at.child) {
+            let Some(node) = view.node(at.child & INDEX) else { return Leave::Corrupt };
+            if at.spent() {
                 return Leave::Corrupt;
             }
-            at.steps -= 1;
-            let level = levels.at_mut(u32::from(at.depth));
-            let mask = lanes.slots(&frame, node, ray.t_min, ray.t_max, &mut level.near);
-            if mask != 0 {
-                let flip = lanes.flip(octants, node);
-                let pending = ordered(mask, flip);
-                let slot = pending.trailing_zeros() ^ u32::from(flip);
-                let pending = pending & (pending - 1);
-                child = at_slot(&node.child, slot);
-                if pending != 0 {
-                    level.child = node.child;
-                    level.block = block;
-                    level.node = at.node;
-                    level.flip = flip;
-                    level.pending = pending as u8;
-                    levels.live |= 1 << (at.depth & 31);
-                }
-            }
+            at.child = visit(lanes, &frame, node, at, levels, ray, octants);
+            at.depth += 1;
         }
-        while !is_node(child) {
-            if is_leaf(child) {
-                if leaf(lanes, view, child, prepared, ray, query) {
-                    return Leave::Done;
-                }
-            } else if is_ref(child) {
-                let Some(to) = view.reference(child & INDEX) else { return Leave::Corrupt };
-                at.block = to.block;
-                at.node = to.node;
-                at.depth += 1;
-                at.enter = true;
-                return Leave::Block;
+        if is_leaf(at.child) {
+            if leaf(lanes, view, at.child, prepared, ray, query) {
+                return Leave::Done;
             }
-            // Back to the deepest level with a child left that the ray may still reach.
-            child = loop {
-                if levels.live == 0 {
-                    return Leave::Done;
-                }
-                let depth = 31 - levels.live.leading_zeros();
-                let level = levels.at_mut(depth);
-                let pending = u32::from(level.pending);
-                let slot = pending.trailing_zeros() ^ u32::from(level.flip);
-                let beyond = level.near.get(slot as usize & 7).is_some_and(|&t| t > ray.t_max);
-                if !beyond && level.block != block {
-                    at.block = level.block;
-                    at.enter = false;
-                    return Leave::Block;
-                }
-                let pending = pending & pending.wrapping_sub(1);
-                level.pending = pending as u8;
-                let child = at_slot(&level.child, slot);
-                levels.live &= !(u32::from(pending == 0) << depth);
-                if !beyond {
-                    at.depth = depth as u8;
-                    break child;
-                }
-            };
+        } else if is_ref(at.child) {
+            let Some(to) = view.reference(at.child & INDEX) else { return Leave::Corrupt };
+            at.enter(to);
+            return Leave::Block;
         }
-        at.node = child & INDEX;
-        at.depth += 1;
-        enter = true;
+        let Some(taken) = take(levels, ray.t_max) else { return Leave::Done };
+        at.child = taken.child;
+        at.depth = taken.depth;
+        if taken.block != at.block {
+            at.block = taken.block;
+            return Leave::Block;
+        }
     }
-}
-
-/// The child in a slot, as its bits.
-#[inline(always)]
-fn at_slot(children: &[u16; 8], slot: u32) -> u16 {
-    children.get(slot as usize & 7).copied().unwrap_or(EMPTY)
 }

@@ -5,7 +5,7 @@ use super::writer::{Blocks, Item, write};
 use super::{Missing, OneFrame, Resident, brute, check};
 use crate::block::SPHERES;
 use crate::geometry::{Hit, Ray};
-use crate::trace::{Cursor, Scalar, TraceError, Tracer};
+use crate::trace::{Batch, Cursor, Scalar, TraceError, Tracer};
 
 fn layouts(items: &[Item]) -> Vec<Blocks> {
     [(1 << 10, 1, 1), (1 << 11, 2, 99), (1 << 12, 4, 99), (1 << 14, 3, 999), (1 << 16, 4, 999)]
@@ -43,6 +43,27 @@ fn compare(tracer: impl Tracer, blocks: &Blocks, items: &[Item], rays: &[Ray]) {
         assert_eq!(suspended(tracer, blocks, &mut cursor, ray), closest);
     }
     assert!(cached.fetches > 0);
+    batches(tracer, blocks, items, rays);
+}
+
+/// Batches give what single rays give, from a source that has all and from one that has one.
+fn batches(tracer: impl Tracer, blocks: &Blocks, items: &[Item], rays: &[Ray]) {
+    let expected: Vec<Option<Hit>> =
+        rays.iter().map(|ray| brute(items, ray).first().copied()).collect();
+    let any: Vec<bool> = expected.iter().map(Option::is_some).collect();
+    let mut room = Batch::new();
+    for part in [rays.len(), 1, 5] {
+        let (mut hits, mut found) = (std::vec![None; part], std::vec![true; part]);
+        let rays = &rays[..part];
+        tracer.closest_batch(&mut room, &mut Resident(blocks), rays, &mut hits).unwrap();
+        assert_eq!(hits, expected[..part]);
+        tracer.any_batch(&mut room, &mut Resident(blocks), rays, &mut found).unwrap();
+        assert_eq!(found, any[..part]);
+        tracer.closest_batch(&mut room, &mut OneFrame::new(blocks), rays, &mut hits).unwrap();
+        assert_eq!(hits, expected[..part]);
+        tracer.any_batch(&mut room, &mut OneFrame::new(blocks), rays, &mut found).unwrap();
+        assert_eq!(found, any[..part]);
+    }
 }
 
 /// The closest hit, stopped at every block.

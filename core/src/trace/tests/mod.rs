@@ -21,6 +21,10 @@ impl BlockSource for Resident<'_> {
     fn block(&mut self, block: u32) -> Result<BlockView<'_>, NoBlock> {
         self.0.get(block).map(BlockView::trusted).ok_or(NoBlock(block))
     }
+
+    fn holds_all(&self) -> bool {
+        true
+    }
 }
 
 /// One frame: every block that is asked for replaces the one before.

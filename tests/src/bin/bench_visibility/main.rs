@@ -1,0 +1,105 @@
+//! Visibility against Embree, paired in one run: primary, diffuse bounce and shadow rays, one thread.
+//!
+//! ```text
+//! bench_visibility --peers DIR [--mesh FILE.obj|FILE.ktri] [--work DIR] [--size 1024] [--rounds 5]
+//!                  [--block-bytes 16384] [--mapped] [--only NAME]
+//! ```
+//! `DIR` holds `embree_bench.cpp` and `gen_mesh.py`; they are built and run in `--work`
+//! (`target/visibility`). Without `--peers` it traces the rays that an earlier run has left there,
+//! and prints no ratios. Rates are of the CPU time of the thread, medians over the rounds.
+
+mod count;
+mod embree;
+mod mesh;
+mod rays;
+mod trace;
+
+use std::path::PathBuf;
+
+use kiloray_scene::compile::{Options, compile};
+
+fn main() {
+    if let Err(error) = run() {
+        eprintln!("bench_visibility: {error}");
+        std::process::exit(1);
+    }
+}
+
+type Error = Box<dyn std::error::Error>;
+
+struct Arguments {
+    peers: Option<PathBuf>,
+    mesh: Option<PathBuf>,
+    work: PathBuf,
+    size: u32,
+    rounds: usize,
+    block_bytes: usize,
+    mapped: bool,
+    only: Option<String>,
+}
+
+fn arguments() -> Result<Arguments, Error> {
+    let mut a = Arguments {
+        peers: None,
+        mesh: None,
+        work: PathBuf::from("target/visibility"),
+        size: 1024,
+        rounds: 5,
+        block_bytes: 16 << 10,
+        mapped: false,
+        only: None,
+    };
+    let mut args = std::env::args().skip(1);
+    while let Some(name) = args.next() {
+        let mut value = || args.next().ok_or(format!("{name} needs a value"));
+        match name.as_str() {
+            "--peers" => a.peers = Some(value()?.into()),
+            "--mesh" => a.mesh = Some(value()?.into()),
+            "--work" => a.work = value()?.into(),
+            "--size" => a.size = value()?.parse()?,
+            "--rounds" => a.rounds = value()?.parse::<usize>()?.max(1),
+            "--block-bytes" => a.block_bytes = value()?.parse()?,
+            "--mapped" => a.mapped = true,
+            "--only" => a.only = Some(value()?),
+            _ => return Err(format!("unknown argument {name}").into()),
+        }
+    }
+    Ok(a)
+}
+
+fn run() -> Result<(), Error> {
+    let a = arguments()?;
+    std::fs::create_dir_all(&a.work)?;
+    let ktri = mesh::prepare(a.mesh.as_deref(), a.peers.as_deref(), &a.work)?;
+    let file = ktri.with_extension("rays");
+    let peer = a.peers.as_deref().map(|peers| embree::Bench::build(peers, &a.work)).transpose()?;
+    if let Some(peer) = &peer {
+        peer.write_rays(&ktri, a.size, &file)?;
+    }
+    let mesh = mesh::read(&ktri)?;
+    let options = Options { block_bytes: a.block_bytes };
+    let compiled = compile(&mesh, &options, &mut ())?;
+    let len = compiled.bytes().len();
+    let sets = rays::read(&file, &compiled.header().frame)?;
+    println!(
+        "{}: {} triangles, {} blocks of {} bytes, {:.1} bytes per triangle; lanes {}",
+        ktri.display(),
+        mesh.triangles.len(),
+        compiled.header().blocks,
+        a.block_bytes,
+        len as f64 / mesh.triangles.len() as f64,
+        kiloray_simd::Auto::detect().name(),
+    );
+    let scene = trace::Scene::new(compiled.bytes(), &a.work, a.mapped)?;
+    let mut ours = trace::Table::default();
+    let mut theirs = embree::Table::default();
+    for round in 0..a.rounds {
+        if let Some(peer) = &peer {
+            peer.run(&ktri, a.size, &mut theirs)?;
+        }
+        trace::run(&scene, &sets, round == 0, a.only.as_deref(), &mut ours)?;
+    }
+    theirs.print();
+    ours.print(&theirs);
+    Ok(())
+}
