@@ -59,6 +59,8 @@ impl Target {
 /// Clearance in parts of `R`, above [`PreparedRay::TRIANGLE_ERROR`]: see [`SurfacePoint::spawn`]. What is more than 72 u leaves room for
 /// a pyramid to show that the surface where rays begin, or end, lies beyond all of them.
 pub(super) const CLEARANCE: f64 = 160.0 * UNIT_ROUNDOFF as f64;
+/// The same where rays begin: a large surface must not lift them more than need be.
+const LIFT: f64 = 72.0 * UNIT_ROUNDOFF as f64;
 /// The distance between a light in the table and its surface in the blocks, and of a computed point on it from either, in parts of the
 /// coordinates: three roundings of each corner, five of a sample.
 pub(super) const TARGET_ERROR: f32 = 16.0 * UNIT_ROUNDOFF;
@@ -92,8 +94,8 @@ impl SurfacePoint {
     /// plane, going away from it. If the test succeeds, the triangle has a point `Q` that the line of the ray
     /// passes within `6√2 u R`, so the line does so at a `t` with `h + t d·n <= 6√2 u R`, and the `t` that the test finds is larger by
     /// at most `32 u R / |d[kz]|`. As `d·n <= √3 |d[kz]|`, it is below zero if `h > (6√2 + 32√3) u R`, which is less than `64 u R`. Clamping to the own box does not
-    /// raise it above zero: the box is entered no later than `Q`. The clearance is `160 u` times the greatest distance from the point to a
-    /// vertex plus one step of f32 per axis; 72 u would do, for the displacement itself as well. No constant here has a unit of length.
+    /// raise it above zero: the box is entered no later than `Q`. The clearance is `72 u` times the greatest distance from the point to a
+    /// vertex plus one step of f32 per axis, which pays for the displacement itself as well. No constant here has a unit of length.
     ///
     /// A sphere is tested in f64; there the clearance is what f32 rounding along the surface can lose to its curvature.
     #[must_use]
@@ -174,7 +176,7 @@ fn on_triangle(vertices: [Vec3; 3], b1: f32, b2: f32) -> SurfacePoint {
     let exact = v0 + e1 * f64::from(b1) + e2 * f64::from(b2);
     let unit = triangle_normal(e1, e2);
     let far = (v0 - exact).abs().max((v1 - exact).abs()).max((v2 - exact).abs()).max_element();
-    let clearance = CLEARANCE * (far + ULP * exact.abs().max_element());
+    let clearance = LIFT * (far + ULP * exact.abs().max_element());
     SurfacePoint { position: exact.as_vec3(), normal: unit.as_vec3(), exact, unit, clearance }
 }
 

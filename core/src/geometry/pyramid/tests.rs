@@ -456,37 +456,3 @@ fn the_light_itself_is_not_touched() {
     }
     assert!(asked > 15_000, "{asked}");
 }
-
-#[test]
-fn the_surface_where_rays_begin_is_not_touched() {
-    let mut asked = 0;
-    for seed in 0..20_000_u64 {
-        let n = &mut Numbers(seed << 16 | 5 << 50);
-        let size = n.decade(-6.0, 6.0);
-        let (a, b) = (n.direction() * size, n.direction() * size);
-        let p = n.point() * size * [0.0, 0.5][n.pick(2)];
-        // A quadrangle of two triangles: the other half is not touched either.
-        let floor = [[p, p + a, p + b], [p + a, p + a + b, p + b]];
-        let middle = p + (a + b) * 0.45;
-        let normal = a.cross(b).normalize_or_zero();
-        let ray = Ray {
-            origin: middle + normal * size,
-            direction: -normal,
-            t_min: 0.0,
-            t_max: f32::INFINITY,
-        };
-        let Some(hit) = hit(&ray, floor[0]) else { continue };
-        if a.cross(b).length() < 0.3 * size * size {
-            continue;
-        }
-        asked += 1;
-        let kind = LightKind::from_u32(n.pick(7) as u32).unwrap();
-        let light = light(n, kind, size, p);
-        let pyramid = hit.surface(&ray).pyramid_to(&light, normal);
-        for vertices in floor {
-            let primitive = Primitive::Triangle { vertices, normals: None };
-            assert!(!pyramid.touches(&primitive, Planes::ALL), "seed {seed} {light:?} {pyramid:?}");
-        }
-    }
-    assert!(asked > 5_000, "{asked}");
-}
