@@ -178,6 +178,14 @@ impl Scene {
         })
     }
 
+    /// Forgets the word on the default view, where another is chosen that is not of the scene.
+    pub(crate) fn with_view(mut self, choice: Option<&ViewChoice>) -> Self {
+        if matches!(choice, Some(ViewChoice::Options(_))) {
+            self.notes.retain(|note| !note.starts_with("no view given"));
+        }
+        self
+    }
+
     /// Says once what was ignored or repaired.
     pub(crate) fn print_notes(&self, quiet: bool) {
         if !quiet {

@@ -230,7 +230,10 @@ fn files_become_one_scene() {
     // Without a lamp there is a default one, and a word on it.
     let ran = folder.run("render paint.rad floor.rad --width 16 --samples 1").done();
     assert!(ran.err().lines().all(|line| line.starts_with("note: ")), "{}", ran.err());
-    assert!(ran.err().contains("light"), "{}", ran.err());
+    assert!(ran.err().contains("light") && ran.err().contains("view"), "{}", ran.err());
+    folder.file("eye.vf", "rvu -vp 0 -9 3 -vd 0 3 -1\n");
+    let line = "render paint.rad floor.rad lamp.rad --view eye.vf --width 16 --samples 1";
+    assert_eq!(folder.run(line).done().err(), "");
 }
 
 #[test]
