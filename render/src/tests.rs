@@ -133,6 +133,21 @@ fn any_memory_any_blocks_any_threads_the_same_bits() {
 }
 
 #[test]
+fn what_is_taken_for_clear_is_clear() {
+    for scene in ["studio", "conference", "colour-cube:4", "sinc:24", "sphereflake:2", "furnace"] {
+        let compiled = compiled(scene, 4 << 10);
+        let file = KiloView::parse(compiled.bytes()).unwrap();
+        let mut options = options(&file);
+        options.settings.shadow_samples = 8;
+        let (pixels, counts) = reference(&file, &options);
+        let rendered = run(&file, &options).unwrap();
+        assert!(bits(&rendered) == pixels, "{scene}");
+        let found = rendered.report.counts;
+        assert_eq!(found.shadow + found.shadow_clear, counts.shadow, "{scene}");
+    }
+}
+
+#[test]
 fn the_least_memory_is_the_least() {
     let compiled = compiled("glass", 4 << 10);
     let file = KiloView::parse(compiled.bytes()).unwrap();

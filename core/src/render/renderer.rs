@@ -236,9 +236,11 @@ impl<'a> Renderer<'a> {
         if tables.lights.len() > 1 {
             sort_by_key(self.shadows.items_mut(), |shadow| shadow.source);
         }
-        let bundles = self.shadows.items().chunk_by(|a, b| a.source == b.source);
-        for bundle in bundles.flat_map(|bundle| bundle.chunks(BUNDLE)) {
-            let light = bundle.first().and_then(|ray| tables.lights.get(ray.source as usize));
+        let mut rest = self.shadows.items();
+        while let Some(first) = rest.first() {
+            let bundle = rest.get(..bundle_len(rest, first.source)).unwrap_or(rest);
+            rest = rest.get(bundle.len()..).unwrap_or_default();
+            let light = tables.lights.get(first.source as usize);
             let clear = light.is_some_and(|light| work.sight.is_clear(bundle, light));
             let count = if clear { &mut work.counts.shadow_clear } else { &mut work.counts.shadow };
             *count = count.saturating_add(bundle.len() as u64);
@@ -262,6 +264,11 @@ impl<'a> Renderer<'a> {
 
 /// Shadow rays of a bundle, at most.
 const BUNDLE: usize = 64;
+
+/// The length of the bundle that a run of shadow rays begins with: at least 1.
+fn bundle_len(rays: &[Shadow], source: u32) -> usize {
+    rays.iter().take(BUNDLE).take_while(|ray| ray.source == source).count().max(1)
+}
 
 /// Most children of a point that a ray of this depth finds.
 fn children_of(depth: u32, job: &Job<'_>) -> usize {
