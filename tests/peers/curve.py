@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Time against error: Kiloray, Mitsuba and Radiance on the same scenes and the same light.
 
-usage: curve.py [--scenes cornell,glass,conference] [--out target/peers] [--quick] [--spp-max N]
+usage: curve.py [--scenes cornell,glass,conference] [--out target/peers] [--quick] [--only ..] [--again]
 
 Run it by `tests/peers/curve`, which installs and builds what it needs. Writes `curve.csv`, `curve.svg` and
 `curve.md` into the output folder.
@@ -47,7 +47,14 @@ def main():
     parser.add_argument('--out', default='target/peers')
     parser.add_argument('--only', default='kiloray,mitsuba,radiance', help="'none' makes the references")
     parser.add_argument('--quick', action='store_true', help='few points, a coarse reference')
+    parser.add_argument('--again', action='store_true', help='only table and plot, from the last curve.csv')
     a = parser.parse_args()
+    if a.again:
+        with open(os.path.join(a.out, 'curve.csv'), newline='') as f:
+            numbers = {'render_s', 'total_s', 'rel_rmse', 'mean_ratio'}
+            rows = [{k: float(v) if k in numbers else v for k, v in row.items()} for row in csv.DictReader(f)]
+        write(rows, a.out)
+        return
     os.makedirs(a.out, exist_ok=True)
     rows = []
     for scene in a.scenes.split(','):
@@ -142,7 +149,7 @@ class Scene:
                 path = self.path('mitsuba.npy')
                 begin = children()
                 render_s = self.worker(variant, sampler, spp, path)
-                self.add('mitsuba ' + variant, '%d spp, %s' % (spp, sampler), render_s, children() - begin, images.load(path))
+                self.add('mitsuba %s, %s' % (variant, sampler), '%d spp' % spp, render_s, children() - begin, images.load(path))
 
     def worker(self, variant, what, spp, path):
         out = subprocess.run([sys.executable, os.path.join(os.path.dirname(os.path.abspath(__file__)), 'mitsuba_worker.py'),
