@@ -450,14 +450,18 @@ impl<'a> Router<'a> {
         let Some(last) = (first + len).checked_rem(depth) else { return };
         if last != first {
             let (from, to) = (self.slot(queue, first), self.slot(queue, last));
-            if from.max(to) < self.memory.slots.len() {
-                self.memory.slots.copy_within(from..from + 1, to);
+            let slot = self.memory.slots.get(from).copied();
+            if let (Some(slot), Some(place)) = (slot, self.memory.slots.get_mut(to)) {
+                *place = slot;
             }
+            // Byte by byte: this is rare, and `copy_within` can panic where an index has 32 bits.
             let (from, to) = (self.bytes_at(queue, first), self.bytes_at(queue, last));
-            let payload = usize::from(self.size.payload);
-            let fits = from.max(to) + payload <= self.memory.bytes.len();
-            if fits {
-                self.memory.bytes.copy_within(from..from + payload, to);
+            for i in 0..usize::from(self.size.payload) {
+                let byte = self.memory.bytes.get(from.saturating_add(i)).copied();
+                let place = self.memory.bytes.get_mut(to.saturating_add(i));
+                if let (Some(byte), Some(place)) = (byte, place) {
+                    *place = byte;
+                }
             }
         }
         if let Some(fifo) = self.memory.fifos.get_mut(queue) {
