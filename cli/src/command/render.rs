@@ -16,7 +16,7 @@ use crate::{
 };
 
 /// What `kiloray` alone does.
-const DEFAULT: [&str; 6] = ["kiloray", "render", "glass", "--width=720", "-o", "kiloray.png"];
+const DEFAULT: [&str; 6] = ["kiloray", "render", "glass", "--width=480", "-o", "kiloray.png"];
 
 /// Renders the built-in scene, and says what to do next.
 pub(super) fn run_without_arguments() -> Outcome {
