@@ -67,7 +67,9 @@ impl Run<'_> {
         options["height"] = json!(picture.height);
         options["block"] = json!(header.block_bytes);
         options["threads"] = json!(report.threads);
-        options["exposure"] = json!(self.exposure);
+        // As it is printed: 0.7, not the nearest f32.
+        let stops = self.exposure.and_then(|stops| stops.to_string().parse::<f64>().ok());
+        options["exposure"] = json!(stops);
         let mut skipped: serde_json::Map<_, _> =
             self.skipped().into_iter().map(|(name, n)| (name.to_owned(), json!(n))).collect();
         skipped.insert("not_needed".into(), json!(self.not_needed()));
