@@ -39,6 +39,7 @@ impl Run<'_> {
             ("lights_out_of_reach", c.lights_out_of_reach),
             ("lights_by_chance", c.lights_by_chance),
             ("shadow_dark", c.shadow_dark),
+            ("shadow_clear", c.shadow_clear),
             ("specular_by_chance", c.specular_by_chance),
             ("specular_too_deep", c.specular_too_deep),
         ]

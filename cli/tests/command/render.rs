@@ -225,7 +225,8 @@ fn files_become_one_scene() {
     folder.file("lamp.rad", "void light shine 0 0 3 9 9 9\nshine sphere lamp 0 0 4 0 0 3 .5\n");
     let run = folder.render("paint.rad floor.rad lamp.rad --width 16 --samples 1");
     assert_eq!(run["surfaces"], 3);
-    assert!(run["rays"]["shadow"].as_u64().unwrap() > 0);
+    // Nothing lies between the floor and the lamp: no shadow ray need be traced.
+    assert!(run["skipped"]["shadow_clear"].as_u64().unwrap() > 0);
     assert_eq!(folder.names().iter().filter(|name| name.ends_with(".png")).count(), 1);
     // Without a lamp there is a default one, and a word on it.
     let ran = folder.run("render paint.rad floor.rad --width 16 --samples 1").done();
