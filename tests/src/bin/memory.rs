@@ -17,7 +17,7 @@ use kiloray_render::{Control, Options, Rendered, plan, render};
 use kiloray_scene::{builtin, compile};
 use plotters::prelude::*;
 
-/// Block sizes that are compared [bytes].
+/// Block sizes that are compared \[bytes\].
 const BLOCKS: [usize; 3] = [1 << 10, 4 << 10, 16 << 10];
 
 struct Arguments {
