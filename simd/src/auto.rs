@@ -1,6 +1,6 @@
 use kiloray_core::block::BlockSource;
 use kiloray_core::geometry::{Hit, Ray};
-use kiloray_core::trace::{Batch, Cursor, Scalar, TraceError, Tracer};
+use kiloray_core::trace::{Batch, Bundle, Cursor, Scalar, TraceError, Tracer};
 
 #[cfg(target_arch = "x86_64")]
 use crate::avx2::Avx2;
@@ -138,12 +138,42 @@ impl Tracer for Auto {
         }
         Scalar.any_batch(room, source, rays, hits)
     }
+
+    fn closest_bundle<S: BlockSource>(
+        self,
+        room: &mut Bundle,
+        source: &mut S,
+        rays: &[Ray],
+        hits: &mut [Option<Hit>],
+    ) -> Result<(), TraceError<S::Error>> {
+        #[cfg(target_arch = "x86_64")]
+        if let Some(lanes) = self.avx2 {
+            // SAFETY: `lanes` proves that the machine has these features.
+            return unsafe { entry::closest_bundle(lanes, room, source, rays, hits) };
+        }
+        Scalar.closest_bundle(room, source, rays, hits)
+    }
+
+    fn any_bundle<S: BlockSource>(
+        self,
+        room: &mut Bundle,
+        source: &mut S,
+        rays: &[Ray],
+        hits: &mut [bool],
+    ) -> Result<(), TraceError<S::Error>> {
+        #[cfg(target_arch = "x86_64")]
+        if let Some(lanes) = self.avx2 {
+            // SAFETY: `lanes` proves that the machine has these features.
+            return unsafe { entry::any_bundle(lanes, room, source, rays, hits) };
+        }
+        Scalar.any_bundle(room, source, rays, hits)
+    }
 }
 
 /// The entries of the AVX2 code: all that they call is inlined into them, and compiled for AVX2.
 #[cfg(target_arch = "x86_64")]
 mod entry {
-    use super::{Avx2, Batch, BlockSource, Cursor, Hit, Ray, TraceError};
+    use super::{Avx2, Batch, BlockSource, Bundle, Cursor, Hit, Ray, TraceError};
     use kiloray_core::trace;
 
     #[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
@@ -215,5 +245,27 @@ mod entry {
         hits: &mut [bool],
     ) -> Result<(), TraceError<S::Error>> {
         trace::any_batch(lanes, room, source, rays, hits)
+    }
+
+    #[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
+    pub(super) fn closest_bundle<S: BlockSource>(
+        lanes: Avx2,
+        room: &mut Bundle,
+        source: &mut S,
+        rays: &[Ray],
+        hits: &mut [Option<Hit>],
+    ) -> Result<(), TraceError<S::Error>> {
+        trace::closest_bundle(lanes, room, source, rays, hits)
+    }
+
+    #[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
+    pub(super) fn any_bundle<S: BlockSource>(
+        lanes: Avx2,
+        room: &mut Bundle,
+        source: &mut S,
+        rays: &[Ray],
+        hits: &mut [bool],
+    ) -> Result<(), TraceError<S::Error>> {
+        trace::any_bundle(lanes, room, source, rays, hits)
     }
 }

@@ -5,7 +5,12 @@ use core::arch::x86_64::*;
 
 use kiloray_core::block::format::{BlockHeader, Node, Record};
 use kiloray_core::geometry::PreparedRay;
-use kiloray_core::trace::{BoxRay, Lanes, Octants};
+use kiloray_core::trace::{
+    BeamFrame, BoxRay, Corners as Triangle, Crossings, Group, Lanes, Octants, Planes, Sides,
+    Verdict,
+};
+
+mod bundle;
 
 /// Lanes of AVX2 and FMA. A value of it proves that the machine has them.
 #[derive(Debug, Clone, Copy)]
@@ -183,6 +188,24 @@ impl Lanes for Avx2 {
             );
             !(_mm_movemask_ps(opposite) as u32) & used
         }
+    }
+
+    #[inline(always)]
+    fn beam(self, beam: &BeamFrame, node: &Node, t_min: f32, t_max: f32, to: &mut Planes) -> u32 {
+        // SAFETY: a value of Avx2 exists, so the machine has AVX2 and FMA.
+        unsafe { bundle::beam(beam, node, t_min, t_max, to) }
+    }
+
+    #[inline(always)]
+    fn meets(self, group: &Group, sides: &Sides) -> u32 {
+        // SAFETY: as above.
+        unsafe { bundle::meets(group, sides) }
+    }
+
+    #[inline(always)]
+    fn triangle(self, group: &Group, triangle: &Triangle, crossings: &mut Crossings) -> Verdict {
+        // SAFETY: as above.
+        unsafe { bundle::triangle(group, triangle, crossings) }
     }
 }
 

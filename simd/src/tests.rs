@@ -4,7 +4,7 @@
 #[path = "../../core/src/trace/tests/mod.rs"]
 mod shared;
 
-use shared::{agree, frames};
+use shared::{agree, bundles, frames};
 
 #[test]
 fn every_layout_gives_the_hits_of_brute_force() {
@@ -28,4 +28,9 @@ fn slots_enclose_the_intervals_of_own_boxes() {
     if let Some(lanes) = crate::Avx2::detect() {
         frames::enclose(lanes);
     }
+}
+
+#[test]
+fn bundles_find_the_hits_of_single_rays() {
+    bundles::agree(crate::Auto::detect());
 }

@@ -85,7 +85,7 @@ pub fn any_batch<L: Lanes, S: BlockSource>(
 }
 
 /// The answers of a batch, by ray.
-trait Answers {
+pub(super) trait Answers {
     type Query<'a>: Query
     where
         Self: 'a;
@@ -93,7 +93,7 @@ trait Answers {
     fn query(&mut self, ray: usize) -> Option<Self::Query<'_>>;
 }
 
-struct ClosestOf<'h>(&'h mut [Option<Hit>]);
+pub(super) struct ClosestOf<'h>(pub(super) &'h mut [Option<Hit>]);
 
 impl Answers for ClosestOf<'_> {
     type Query<'a>
@@ -107,7 +107,7 @@ impl Answers for ClosestOf<'_> {
     }
 }
 
-struct AnyOf<'h>(&'h mut [bool]);
+pub(super) struct AnyOf<'h>(pub(super) &'h mut [bool]);
 
 impl Answers for AnyOf<'_> {
     type Query<'a>

@@ -1,3 +1,5 @@
+use super::beam::{BeamFrame, Planes};
+use super::group::{Corners, Crossings, Group, Sides, Verdict};
 use super::octant::Octants;
 use crate::block::format::{BlockHeader, Node, Record};
 use crate::geometry::PreparedRay;
@@ -40,4 +42,30 @@ pub trait Lanes: Copy {
     ///
     /// `words` are the [vertices of the block](crate::block::BlockView::vertex_words).
     fn candidates(self, ray: &Self::Ray, words: &[f32], record: &Record) -> u32;
+
+    /// The mask of a node's slots that any ray of a bundle may meet between `t_min` and `t_max`, as [`Lanes::slots`]; `planes` get
+    /// all slots.
+    #[inline(always)]
+    fn beam(
+        self,
+        beam: &BeamFrame,
+        node: &Node,
+        t_min: f32,
+        t_max: f32,
+        planes: &mut Planes,
+    ) -> u32 {
+        beam.slots(node, t_min, t_max, planes)
+    }
+
+    /// The lanes of a group that meet a box. Lanes may be in it needlessly.
+    #[inline(always)]
+    fn meets(self, group: &Group, sides: &Sides) -> u32 {
+        group.meets(sides)
+    }
+
+    /// The lanes of a group that hit a triangle, and those that must ask [`PreparedRay::triangle`].
+    #[inline(always)]
+    fn triangle(self, _: &Group, _: &Corners, _: &mut Crossings) -> Verdict {
+        Verdict { accepted: 0, doubtful: 0xff }
+    }
 }

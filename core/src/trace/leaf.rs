@@ -48,7 +48,7 @@ pub(super) fn leaf<L: Lanes, Q: Query>(
 
 /// Tests one triangle by the definition.
 #[inline(always)]
-fn triangle<Q: Query>(
+pub(super) fn triangle<Q: Query>(
     view: &BlockView<'_>,
     record: &Record,
     place: u32,
@@ -86,14 +86,19 @@ pub(super) fn normals(view: &BlockView<'_>, index: [usize; 3]) -> Option<[u32; 3
 }
 
 #[cfg(not(feature = "sphere"))]
-fn spheres<Q: Query>(_: &BlockView<'_>, _: &Record, _: &mut PreparedRay, _: &mut Q) -> bool {
+pub(super) fn spheres<Q: Query>(
+    _: &BlockView<'_>,
+    _: &Record,
+    _: &mut PreparedRay,
+    _: &mut Q,
+) -> bool {
     false
 }
 
 /// Tests the spheres of a record.
 #[cfg(feature = "sphere")]
 #[inline(never)]
-fn spheres<Q: Query>(
+pub(super) fn spheres<Q: Query>(
     view: &BlockView<'_>,
     record: &Record,
     ray: &mut PreparedRay,

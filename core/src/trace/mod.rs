@@ -14,10 +14,13 @@
 //! See [`BoxFrame`].
 
 mod batch;
+mod beam;
+mod bundle;
 mod clip;
 mod code;
 mod cursor;
 mod frame;
+mod group;
 mod lanes;
 mod leaf;
 mod octant;
@@ -25,15 +28,19 @@ mod query;
 mod scalar;
 #[cfg(test)]
 mod tests;
+mod together;
 mod tracer;
 mod visit;
 mod walk;
 
 pub use batch::{Batch, FLIGHTS, any_batch, closest_batch};
+pub use beam::{Beam, BeamFrame, Planes};
+pub use bundle::{BUNDLE, Bundle, any_bundle, closest_bundle};
 pub use clip::{Clip, ClipCounts, ClipEntry};
 pub(crate) use clip::{Frame as ClipFrame, primitives};
 pub use cursor::{Cursor, TraceError};
 pub use frame::{BoxFrame, BoxRay};
+pub use group::{Corners, Crossings, GROUP, Group, Row, Sides, Verdict};
 pub use lanes::Lanes;
 pub use octant::{Octants, first_octants};
 pub use scalar::Scalar;

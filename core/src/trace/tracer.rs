@@ -1,4 +1,5 @@
 use super::batch::{self, Batch};
+use super::bundle::{self, Bundle};
 use super::cursor::{Cursor, TraceError};
 use super::scalar::Scalar;
 use super::walk;
@@ -88,6 +89,32 @@ pub trait Tracer: Copy {
         rays: &[Ray],
         hits: &mut [bool],
     ) -> Result<(), TraceError<S::Error>>;
+
+    /// The closest hits of coherent rays, `hits[i]` that of `rays[i]`, in bundles of [`BUNDLE`](super::BUNDLE): neighbours together, eight by
+    /// eight. Of the longer slice the rest is left out. What is not coherent, or a source that does not hold all blocks,
+    /// is traced ray by ray.
+    ///
+    /// # Errors
+    /// [`TraceError`]: the hits are then incomplete, and the bundle begins anew.
+    fn closest_bundle<S: BlockSource>(
+        self,
+        room: &mut Bundle,
+        source: &mut S,
+        rays: &[Ray],
+        hits: &mut [Option<Hit>],
+    ) -> Result<(), TraceError<S::Error>>;
+
+    /// Whether each of many coherent rays hits anything, as [`Tracer::closest_bundle`].
+    ///
+    /// # Errors
+    /// As [`Tracer::closest_bundle`].
+    fn any_bundle<S: BlockSource>(
+        self,
+        room: &mut Bundle,
+        source: &mut S,
+        rays: &[Ray],
+        hits: &mut [bool],
+    ) -> Result<(), TraceError<S::Error>>;
 }
 
 impl Tracer for Scalar {
@@ -153,5 +180,25 @@ impl Tracer for Scalar {
         hits: &mut [bool],
     ) -> Result<(), TraceError<S::Error>> {
         batch::any_batch(self, room, source, rays, hits)
+    }
+
+    fn closest_bundle<S: BlockSource>(
+        self,
+        room: &mut Bundle,
+        source: &mut S,
+        rays: &[Ray],
+        hits: &mut [Option<Hit>],
+    ) -> Result<(), TraceError<S::Error>> {
+        bundle::closest_bundle(self, room, source, rays, hits)
+    }
+
+    fn any_bundle<S: BlockSource>(
+        self,
+        room: &mut Bundle,
+        source: &mut S,
+        rays: &[Ray],
+        hits: &mut [bool],
+    ) -> Result<(), TraceError<S::Error>> {
+        bundle::any_bundle(self, room, source, rays, hits)
     }
 }

@@ -2,6 +2,7 @@
 //! the reference test.
 
 pub(crate) mod agree;
+pub(crate) mod bundles;
 pub(crate) mod frames;
 mod hostile;
 pub(crate) mod scenes;

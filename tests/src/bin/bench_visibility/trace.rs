@@ -6,7 +6,7 @@ use std::path::Path;
 use cpu_time::ThreadTime;
 use kiloray_core::block::KiloView;
 use kiloray_core::geometry::Ray;
-use kiloray_core::trace::{Batch, Cursor, Scalar, Tracer};
+use kiloray_core::trace::{BUNDLE, Batch, Bundle, Cursor, Scalar, Tracer};
 use kiloray_simd::Auto;
 use memmap2::{Advice, Mmap, MmapMut};
 
@@ -63,9 +63,10 @@ pub(crate) struct Table {
 }
 
 /// The ways, and what each is held against: Embree's configuration, packet width, and the ratio to reach.
-const WAYS: [(&str, &str, u32, [f64; 3]); 3] = [
+const WAYS: [(&str, &str, u32, [f64; 3]); 4] = [
     ("single", "robust", 1, [1.0, 1.0, 1.0]),
     ("batch", "default", 1, [1.2, 1.2, 1.2]),
+    ("bundle", "avx2", 16, [0.7, 0.0, 0.7]),
     ("single, scalar", "robust", 1, [0.0; 3]),
 ];
 
@@ -93,6 +94,7 @@ pub(crate) fn run(
                 let hits = match way {
                     "single" => single(Auto::detect(), view, rays, any),
                     "batch" => batch(Auto::detect(), view, rays, any),
+                    "bundle" => bundle(Auto::detect(), view, rays, any),
                     _ => single(Scalar, view, rays, any),
                 }?;
                 let seconds = begin.elapsed().as_secs_f64();
@@ -143,6 +145,28 @@ fn batch(
             hits += found[..rays.len()].iter().filter(|found| **found).count();
         } else {
             tracer.closest_batch(&mut room, &mut view, rays, &mut closest[..rays.len()])?;
+            hits += closest[..rays.len()].iter().filter(|hit| hit.is_some()).count();
+        }
+    }
+    Ok(hits as u64)
+}
+
+#[inline(never)]
+fn bundle(
+    tracer: impl Tracer,
+    mut view: KiloView<'_>,
+    rays: &[Ray],
+    any: bool,
+) -> Result<u64, Error> {
+    let mut room = Bundle::new();
+    let mut hits = 0;
+    let (mut closest, mut found) = ([None; BUNDLE], [false; BUNDLE]);
+    for rays in rays.chunks(BUNDLE) {
+        if any {
+            tracer.any_bundle(&mut room, &mut view, rays, &mut found[..rays.len()])?;
+            hits += found[..rays.len()].iter().filter(|found| **found).count();
+        } else {
+            tracer.closest_bundle(&mut room, &mut view, rays, &mut closest[..rays.len()])?;
             hits += closest[..rays.len()].iter().filter(|hit| hit.is_some()).count();
         }
     }

@@ -1,0 +1,229 @@
+//! Bundles of up to 64 coherent rays, which visit nodes together.
+
+use super::batch::{AnyOf, ClosestOf};
+use super::beam::Beam;
+use super::cursor::{Cursor, TraceError};
+use super::frame::BoxRay;
+use super::group::{GROUP, Group};
+use super::lanes::Lanes;
+use super::together::{Stack, together};
+use super::walk::{any, closest};
+use crate::block::BlockSource;
+use crate::geometry::{Hit, PreparedRay, Ray};
+
+/// Rays of a bundle.
+pub const BUNDLE: usize = GROUP * GROUPS;
+/// Groups of a bundle.
+pub(super) const GROUPS: usize = 8;
+
+/// Fewer rays than this are traced one by one.
+const FEWEST: usize = 4;
+/// If the slopes along the greatest axis differ by more than this, rays are traced one by one.
+const WIDEST: f32 = 0.25;
+
+/// Room for a bundle: 19 KiB.
+#[derive(Debug, Clone)]
+pub struct Bundle {
+    pub(super) rays: Rays,
+    pub(super) stack: Stack,
+    single: Cursor,
+}
+
+/// The rays of a bundle.
+#[derive(Debug, Clone)]
+pub(super) struct Rays {
+    /// As they came.
+    pub(super) prepared: [PreparedRay; BUNDLE],
+    /// Which ray is in a lane.
+    pub(super) order: [u8; BUNDLE],
+    pub(super) groups: [Group; GROUPS],
+    /// Bit `g`: group `g` has rays.
+    pub(super) used: u32,
+    pub(super) beam: Beam,
+    /// Least `t` of all.
+    pub(super) t_min: f32,
+}
+
+impl Default for Bundle {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl Bundle {
+    /// Room for bundles.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self {
+            rays: Rays {
+                prepared: [PreparedRay::NONE; BUNDLE],
+                order: [0; BUNDLE],
+                groups: [Group::NONE; GROUPS],
+                used: 0,
+                beam: Beam::NONE,
+                t_min: 0.0,
+            },
+            stack: Stack::new(),
+            single: Cursor::new(),
+        }
+    }
+}
+
+/// The closest hits of coherent rays, `hits[i]` that of `rays[i]`, in bundles of [`BUNDLE`]: neighbours should be together, eight by eight. The shorter
+/// slice counts. What is not coherent, or not all at hand, is traced ray by ray.
+///
+/// # Errors
+/// [`TraceError`]: the hits are then incomplete, and the bundle begins anew.
+#[inline(always)]
+pub fn closest_bundle<L: Lanes, S: BlockSource>(
+    lanes: L,
+    room: &mut Bundle,
+    source: &mut S,
+    rays: &[Ray],
+    hits: &mut [Option<Hit>],
+) -> Result<(), TraceError<S::Error>> {
+    for (rays, hits) in rays.chunks(BUNDLE).zip(hits.chunks_mut(BUNDLE)) {
+        hits.iter_mut().for_each(|hit| *hit = None);
+        let rays = rays.get(..hits.len()).unwrap_or(rays);
+        let mut left = room.rays.prepare(rays, source.holds_all());
+        while room.rays.coherent(&mut left) {
+            together(lanes, &mut room.rays, &mut room.stack, source, &mut ClosestOf(hits))?;
+        }
+        for (i, (ray, hit)) in rays.iter().zip(hits).enumerate() {
+            if left.alone >> i & 1 == 1 {
+                *hit = closest(lanes, &mut room.single, source, ray)?;
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Whether each of many coherent rays hits anything, as [`closest_bundle`].
+///
+/// # Errors
+/// As [`closest_bundle`].
+#[inline(always)]
+pub fn any_bundle<L: Lanes, S: BlockSource>(
+    lanes: L,
+    room: &mut Bundle,
+    source: &mut S,
+    rays: &[Ray],
+    hits: &mut [bool],
+) -> Result<(), TraceError<S::Error>> {
+    for (rays, hits) in rays.chunks(BUNDLE).zip(hits.chunks_mut(BUNDLE)) {
+        hits.fill(false);
+        let rays = rays.get(..hits.len()).unwrap_or(rays);
+        let mut left = room.rays.prepare(rays, source.holds_all());
+        while room.rays.coherent(&mut left) {
+            together(lanes, &mut room.rays, &mut room.stack, source, &mut AnyOf(hits))?;
+        }
+        for (i, (ray, hit)) in rays.iter().zip(hits).enumerate() {
+            if left.alone >> i & 1 == 1 {
+                *hit = any(lanes, &mut room.single, source, ray)?;
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Rays that are not in a bundle yet, a bit each.
+struct Left {
+    waiting: u64,
+    /// To be traced one by one.
+    alone: u64,
+}
+
+/// Signs and greatest axis: rays of a bundle have them in common.
+#[inline(always)]
+fn kind(ray: &PreparedRay) -> u8 {
+    let sign = |x: f32| u8::from(x < 0.0);
+    sign(ray.inv.x) | sign(ray.inv.y) << 1 | sign(ray.inv.z) << 2 | ray.axis << 3
+}
+
+impl Rays {
+    #[inline(always)]
+    fn prepare(&mut self, rays: &[Ray], holds_all: bool) -> Left {
+        let mut left = Left { waiting: 0, alone: 0 };
+        for (i, (prepared, ray)) in self.prepared.iter_mut().zip(rays).enumerate() {
+            *prepared = PreparedRay::new(ray);
+            left.waiting |= u64::from(!prepared.is_none()) << i;
+        }
+        if !holds_all {
+            left.alone = left.waiting;
+            left.waiting = 0;
+        }
+        left
+    }
+
+    /// Makes the next bundle of what is left. `false`: there is none.
+    #[inline(always)]
+    fn coherent(&mut self, left: &mut Left) -> bool {
+        while left.waiting != 0 {
+            let first = left.waiting.trailing_zeros() as usize;
+            let kind_of = self.prepared.get(first).map_or(0, kind);
+            let (mut low, mut high) = ([f32::INFINITY; 2], [f32::NEG_INFINITY; 2]);
+            let mut members = 0_u64;
+            let mut waiting = left.waiting;
+            while waiting != 0 {
+                let i = waiting.trailing_zeros();
+                waiting &= waiting - 1;
+                let Some(ray) = self.prepared.get(i as usize) else { continue };
+                if kind(ray) != kind_of {
+                    continue;
+                }
+                members |= 1 << i;
+                for ((low, high), x) in low.iter_mut().zip(&mut high).zip(ray.shear) {
+                    *low = if x < *low { x } else { *low };
+                    *high = if x > *high { x } else { *high };
+                }
+            }
+            left.waiting &= !members;
+            let wide = low.iter().zip(&high).any(|(low, high)| high - low > WIDEST);
+            if wide || (members.count_ones() as usize) < FEWEST {
+                left.alone |= members;
+            } else {
+                let wild = self.group(members);
+                left.alone |= wild;
+                if members != wild {
+                    return true;
+                }
+            }
+        }
+        false
+    }
+
+    /// Fills the groups with these rays. Those that no box test can be made for are handed back.
+    #[inline(always)]
+    fn group(&mut self, members: u64) -> u64 {
+        self.beam = Beam::NONE;
+        self.t_min = f32::INFINITY;
+        let mut waiting = members;
+        let mut wild = 0;
+        let mut place = 0;
+        while waiting != 0 {
+            let i = waiting.trailing_zeros();
+            waiting &= waiting - 1;
+            let Some(ray) = self.prepared.get(i as usize) else { continue };
+            let boxes = BoxRay::new(ray);
+            if boxes.pad == f32::INFINITY {
+                wild |= 1 << i;
+                continue;
+            }
+            let lane = place % GROUP;
+            let order = self.order.get_mut(place);
+            let (Some(group), Some(order)) = (self.groups.get_mut(place / GROUP), order) else {
+                continue;
+            };
+            if lane == 0 {
+                *group = Group::NONE;
+            }
+            group.set(lane, ray, &boxes);
+            *order = i as u8;
+            self.beam.take_in(&boxes);
+            self.t_min = if ray.t_min < self.t_min { ray.t_min } else { self.t_min };
+            place += 1;
+        }
+        self.used = (1_u32 << place.div_ceil(GROUP).min(GROUPS)) - 1;
+        wild
+    }
+}

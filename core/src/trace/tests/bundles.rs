@@ -1,0 +1,97 @@
+//! Bundles find what single rays find.
+
+use std::vec::Vec;
+
+use glam::Vec3;
+
+use super::scenes::{Random, clutter, rays};
+use super::writer::{Blocks, write};
+use super::{OneFrame, Resident};
+use crate::block::SPHERES;
+use crate::geometry::{Hit, Ray};
+use crate::trace::{BUNDLE, Bundle, Cursor, Scalar, Tracer};
+
+#[test]
+fn bundles_find_the_hits_of_single_rays() {
+    agree(Scalar);
+}
+
+/// Neighbours of a ray: the closer, the more coherent.
+fn neighbours(ray: &Ray, random: &mut Random) -> Vec<Ray> {
+    let count = 1 + random.below(BUNDLE as u32 + 9);
+    let (apart, turn) = (random.scale(24), random.scale(24));
+    let kind = random.below(6);
+    let size = ray.direction.abs().max_element();
+    let pattern = (0..count).map(|_| {
+        let mut ray = *ray;
+        if kind != 0 {
+            ray.origin += Vec3::from_array(random.point()) * 0.05 * apart;
+        }
+        // Of one direction, as the sun's; or with an axis kept, which it may be parallel to.
+        let bend = Vec3::from_array(random.point()) * size * 0.2 * turn;
+        match kind {
+            1 => {}
+            2 => ray.direction.x += bend.x,
+            3 => ray.direction += Vec3::new(0.0, bend.y, bend.z),
+            _ => ray.direction += bend,
+        }
+        match random.below(12) {
+            0 => ray.t_max = ray.t_max.min(random.signed().abs() / size),
+            1 => ray.t_min = random.signed() / size,
+            2 if kind == 5 => ray.direction = Vec3::from_array(random.point()),
+            3 if kind == 5 => ray.origin.x = f32::NAN,
+            _ => {}
+        }
+        ray
+    });
+    pattern.collect()
+}
+
+pub(crate) fn agree(tracer: impl Tracer) {
+    let mut together = 0;
+    for (seed, count, offset) in [(31, 7, 0.0), (32, 300, 0.0), (33, 2000, 0.0), (34, 100, 0.75)] {
+        let mut random = Random(seed);
+        let mut items = clutter(count, SPHERES, &mut random);
+        if offset != 0.0 {
+            items.retain(|item| matches!(item.0, crate::geometry::Primitive::Triangle { .. }));
+        }
+        for item in &mut items {
+            if let crate::geometry::Primitive::Triangle { vertices, .. } = &mut item.0 {
+                *vertices = vertices.map(|v| v + Vec3::splat(offset));
+            }
+        }
+        let leads = rays(&items, 120, &mut random);
+        let bundles: Vec<Vec<Ray>> = leads.iter().map(|r| neighbours(r, &mut random)).collect();
+        for (bytes, leaf, nodes) in [(1 << 10, 1, 1), (1 << 12, 4, 99), (1 << 14, 3, 999)] {
+            let blocks = write(&items, bytes, leaf, nodes);
+            for rays in &bundles {
+                together += compare(tracer, &blocks, rays);
+            }
+        }
+    }
+    assert!(together > 1000, "too few rays hit anything: {together}");
+}
+
+fn compare(tracer: impl Tracer, blocks: &Blocks, rays: &[Ray]) -> usize {
+    let (mut cursor, mut room) = (Cursor::new(), Bundle::new());
+    let single = |ray| tracer.closest(&mut cursor, &mut Resident(blocks), ray).unwrap();
+    let expected: Vec<Option<Hit>> = rays.iter().map(single).collect();
+    let any: Vec<bool> = expected.iter().map(Option::is_some).collect();
+    // What was there before must not matter.
+    let mut hits: Vec<Option<Hit>> = expected.iter().rev().copied().collect();
+    let mut found = std::vec![true; rays.len()];
+    tracer.closest_bundle(&mut room, &mut Resident(blocks), rays, &mut hits).unwrap();
+    for ((hit, expected), ray) in hits.iter().zip(&expected).zip(rays) {
+        assert_eq!(hit, expected, "{ray:?}");
+        let bits = |hit: &Option<Hit>| hit.map(|h| [h.t, h.b1, h.b2].map(f32::to_bits));
+        assert_eq!(bits(hit), bits(expected));
+    }
+    tracer.any_bundle(&mut room, &mut Resident(blocks), rays, &mut found).unwrap();
+    assert_eq!(found, any);
+    let part = rays.len() / 2;
+    hits.fill(None);
+    tracer.closest_bundle(&mut room, &mut OneFrame::new(blocks), rays, &mut hits[..part]).unwrap();
+    assert_eq!(hits[..part], expected[..part]);
+    assert_eq!(hits[part..], std::vec![None; rays.len() - part]);
+    any.iter().filter(|&&any| any).count()
+}
