@@ -21,7 +21,7 @@ const FEWEST: usize = 4;
 /// If the slopes along the greatest axis differ by more than this, rays are traced one by one.
 const WIDEST: f32 = 0.25;
 
-/// Room for a bundle: 19 KiB.
+/// Room for a bundle: 20 KiB.
 #[derive(Debug, Clone)]
 pub struct Bundle {
     pub(super) rays: Rays,
@@ -34,6 +34,8 @@ pub struct Bundle {
 pub(super) struct Rays {
     /// As they came.
     pub(super) prepared: [PreparedRay; BUNDLE],
+    /// The [`kind`] of each.
+    kinds: [u8; BUNDLE],
     /// Which ray is in a lane.
     pub(super) order: [u8; BUNDLE],
     pub(super) groups: [Group; GROUPS],
@@ -57,6 +59,7 @@ impl Bundle {
         Self {
             rays: Rays {
                 prepared: [PreparedRay::NONE; BUNDLE],
+                kinds: [0; BUNDLE],
                 order: [0; BUNDLE],
                 groups: [Group::NONE; GROUPS],
                 used: 0,
@@ -83,14 +86,18 @@ pub fn closest_bundle<L: Lanes, S: BlockSource>(
     hits: &mut [Option<Hit>],
 ) -> Result<(), TraceError<S::Error>> {
     for (rays, hits) in rays.chunks(BUNDLE).zip(hits.chunks_mut(BUNDLE)) {
+        let count = rays.len().min(hits.len());
+        let (rays, hits) =
+            (rays.get(..count).unwrap_or(rays), hits.get_mut(..count).unwrap_or_default());
         hits.iter_mut().for_each(|hit| *hit = None);
-        let rays = rays.get(..hits.len()).unwrap_or(rays);
         let mut left = room.rays.prepare(rays, source.holds_all());
         while room.rays.coherent(&mut left) {
             together(lanes, &mut room.rays, &mut room.stack, source, &mut ClosestOf(hits))?;
         }
-        for (i, (ray, hit)) in rays.iter().zip(hits).enumerate() {
-            if left.alone >> i & 1 == 1 {
+        while left.alone != 0 {
+            let i = left.alone.trailing_zeros() as usize;
+            left.alone &= left.alone - 1;
+            if let (Some(ray), Some(hit)) = (rays.get(i), hits.get_mut(i)) {
                 *hit = closest(lanes, &mut room.single, source, ray)?;
             }
         }
@@ -111,14 +118,18 @@ pub fn any_bundle<L: Lanes, S: BlockSource>(
     hits: &mut [bool],
 ) -> Result<(), TraceError<S::Error>> {
     for (rays, hits) in rays.chunks(BUNDLE).zip(hits.chunks_mut(BUNDLE)) {
+        let count = rays.len().min(hits.len());
+        let (rays, hits) =
+            (rays.get(..count).unwrap_or(rays), hits.get_mut(..count).unwrap_or_default());
         hits.fill(false);
-        let rays = rays.get(..hits.len()).unwrap_or(rays);
         let mut left = room.rays.prepare(rays, source.holds_all());
         while room.rays.coherent(&mut left) {
             together(lanes, &mut room.rays, &mut room.stack, source, &mut AnyOf(hits))?;
         }
-        for (i, (ray, hit)) in rays.iter().zip(hits).enumerate() {
-            if left.alone >> i & 1 == 1 {
+        while left.alone != 0 {
+            let i = left.alone.trailing_zeros() as usize;
+            left.alone &= left.alone - 1;
+            if let (Some(ray), Some(hit)) = (rays.get(i), hits.get_mut(i)) {
                 *hit = any(lanes, &mut room.single, source, ray)?;
             }
         }
@@ -136,7 +147,8 @@ struct Left {
 /// Signs and greatest axis: rays of a bundle have them in common.
 #[inline(always)]
 fn kind(ray: &PreparedRay) -> u8 {
-    let sign = |x: f32| u8::from(x < 0.0);
+    // `inv` is never zero.
+    let sign = |x: f32| (x.to_bits() >> 31) as u8;
     sign(ray.inv.x) | sign(ray.inv.y) << 1 | sign(ray.inv.z) << 2 | ray.axis << 3
 }
 
@@ -144,9 +156,12 @@ impl Rays {
     #[inline(always)]
     fn prepare(&mut self, rays: &[Ray], holds_all: bool) -> Left {
         let mut left = Left { waiting: 0, alone: 0 };
-        for (i, (prepared, ray)) in self.prepared.iter_mut().zip(rays).enumerate() {
-            *prepared = PreparedRay::new(ray);
+        let places = self.prepared.iter_mut().zip(&mut self.kinds);
+        for (i, ((place, kind_of), ray)) in places.zip(rays).enumerate() {
+            let prepared = PreparedRay::new(ray);
+            *kind_of = kind(&prepared);
             left.waiting |= u64::from(!prepared.is_none()) << i;
+            *place = prepared;
         }
         if !holds_all {
             left.alone = left.waiting;
@@ -160,17 +175,17 @@ impl Rays {
     fn coherent(&mut self, left: &mut Left) -> bool {
         while left.waiting != 0 {
             let first = left.waiting.trailing_zeros() as usize;
-            let kind_of = self.prepared.get(first).map_or(0, kind);
+            let kind_of = self.kinds.get(first).copied().unwrap_or(0);
             let (mut low, mut high) = ([f32::INFINITY; 2], [f32::NEG_INFINITY; 2]);
             let mut members = 0_u64;
             let mut waiting = left.waiting;
             while waiting != 0 {
                 let i = waiting.trailing_zeros();
                 waiting &= waiting - 1;
-                let Some(ray) = self.prepared.get(i as usize) else { continue };
-                if kind(ray) != kind_of {
+                if self.kinds.get(i as usize) != Some(&kind_of) {
                     continue;
                 }
+                let Some(ray) = self.prepared.get(i as usize) else { continue };
                 members |= 1 << i;
                 for ((low, high), x) in low.iter_mut().zip(&mut high).zip(ray.shear) {
                     *low = if x < *low { x } else { *low };

@@ -193,6 +193,7 @@ fn leaves<L: Lanes, A: Answers>(
 ) -> bool {
     let (first, count) = records(leaf);
     let mut changed = false;
+    let mut crossings = Crossings::default();
     for index in first..first + count {
         let Some(record) = view.record(index) else { break };
         if record.base & RECORD_SPHERES != 0 {
@@ -217,7 +218,6 @@ fn leaves<L: Lanes, A: Answers>(
                 let (Some(group), Some(&mask)) = (rays.groups.get_mut(g), asked.get(g)) else {
                     continue;
                 };
-                let mut crossings = Crossings::default();
                 let verdict = lanes.triangle(group, &corners, &mut crossings);
                 let mask = u32::from(mask);
                 let doubtful = verdict.doubtful & mask;

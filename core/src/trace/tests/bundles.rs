@@ -93,5 +93,10 @@ fn compare(tracer: impl Tracer, blocks: &Blocks, rays: &[Ray]) -> usize {
     tracer.closest_bundle(&mut room, &mut OneFrame::new(blocks), rays, &mut hits[..part]).unwrap();
     assert_eq!(hits[..part], expected[..part]);
     assert_eq!(hits[part..], std::vec![None; rays.len() - part]);
+    // Hits without a ray are left alone.
+    found.fill(true);
+    tracer.any_bundle(&mut room, &mut Resident(blocks), &rays[..part], &mut found).unwrap();
+    assert_eq!(found[..part], any[..part]);
+    assert!(found[part..].iter().all(|&found| found));
     any.iter().filter(|&&any| any).count()
 }
