@@ -12,7 +12,7 @@ pub struct RouterSize {
     pub classes: u8,
     /// Packets in each buffer queue: of each lane and port, and of each channel for the node's own.
     pub depth: u16,
-    /// Greatest payload of a packet [bytes].
+    /// Greatest payload of a packet \[bytes\].
     pub payload: u16,
 }
 

@@ -7,7 +7,7 @@ use crate::store::{
 /// How a node's memory is divided for rendering: the lengths of all lines.
 ///
 /// Each line has a least length with which everything works, one ray at a time. What memory there is beyond it goes first to the
-/// batch, doubled as long as frames keep [`FRAMES_PART`] of it, then to frames, as many as there are blocks.
+/// batch, doubled as long as frames keep half of it, then to frames, as many as there are blocks.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Plan {
     /// Rays traced together.

@@ -22,7 +22,7 @@ pub struct Job<'a> {
     pub shader: Shader<'a>,
     /// From pixels to rays.
     pub camera: Camera,
-    /// Width of the picture [pixels].
+    /// Width of the picture \[pixels\].
     pub width: u32,
     /// Set from outside, it ends the work within a batch.
     pub cancel: Option<&'a AtomicBool>,
