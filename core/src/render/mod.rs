@@ -25,6 +25,8 @@
 //! takes a slot only if one stays for each deeper bounce") for a stack. Batches shrink as the stack fills, down to a single ray.
 
 mod clear;
+#[cfg(feature = "bundles")]
+mod neighbours;
 mod packed;
 mod plan;
 mod renderer;

@@ -102,7 +102,8 @@ impl<'a> Renderer<'a> {
             }
             for at in 0..self.batch.len() {
                 let Some(&ray) = self.batch.items().get(at) else { break };
-                let hit = work.sight.closest(&ray.ray()).map_err(RenderError::Trace)?;
+                let rays = self.batch.items();
+                let hit = work.sight.closest(rays, at).map_err(RenderError::Trace)?;
                 self.shade(&mut work, &ray, hit.as_ref())?;
             }
         }
@@ -244,11 +245,11 @@ impl<'a> Renderer<'a> {
             let clear = light.is_some_and(|light| work.sight.is_clear(bundle, light));
             let count = if clear { &mut work.counts.shadow_clear } else { &mut work.counts.shadow };
             *count = count.saturating_add(bundle.len() as u64);
-            for shadow in bundle {
+            for (at, shadow) in bundle.iter().enumerate() {
                 let depth = if clear {
                     OpticalDepth::CLEAR
                 } else {
-                    work.sight.depth(&shadow.ray(), materials).map_err(RenderError::Trace)?
+                    work.sight.depth(bundle, at, materials).map_err(RenderError::Trace)?
                 };
                 if !depth.is_opaque()
                     && let Some(sum) = self.sums.get_mut(shadow.pixel as usize)
