@@ -56,8 +56,8 @@ impl Target {
     }
 }
 
-/// Clearance in parts of `R`, above [`PreparedRay::TRIANGLE_ERROR`]: see [`SurfacePoint::spawn`]. What is more than 72 u leaves room for
-/// a pyramid to show that the surface where rays begin, or end, lies beyond all of them.
+/// Clearance of a shadow ray's end in parts of `R`, above [`PreparedRay::TRIANGLE_ERROR`]: see [`SurfacePoint::spawn_to`]. What is more than
+/// 72 u leaves room for a pyramid to show that the light's surface lies beyond all rays that end before it.
 pub(super) const CLEARANCE: f64 = 160.0 * UNIT_ROUNDOFF as f64;
 /// The same where rays begin: a large surface must not lift them more than need be.
 const LIFT: f64 = 72.0 * UNIT_ROUNDOFF as f64;
@@ -125,8 +125,8 @@ impl SurfacePoint {
     }
 
     /// The pyramid of the shadow rays from here to a light that leave the surface on the side that `towards` points to, for
-    /// ends on that side: rays of [`spawn_to`](Self::spawn_to) whose direction does not point back through the surface. It does not
-    /// touch the surface that they leave.
+    /// ends on that side: rays of [`spawn_to`](Self::spawn_to) whose direction does not point back through the surface. The
+    /// surface that they leave may touch it.
     #[must_use]
     pub fn pyramid_to(&self, light: &Light, towards: Vec3) -> Pyramid {
         let towards = towards.as_dvec3();
