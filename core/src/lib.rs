@@ -20,7 +20,9 @@
 //! | [`shade`] | the rendering equation: what a ray brings, and which rays follow it |
 //! | [`store`] | a node's memory: arena, budget, block cache, pools and queues |
 //! | [`network`] | topologies and their routes, credits of links |
+//! | [`protocol`] | what nodes say to each other |
 //! | [`render`] | a picture on one node: tiles of pixels, rendered inside one arena |
+//! | [`node`] | the actor: a node of a mesh in one arena |
 #![cfg_attr(not(test), no_std)]
 #![forbid(unsafe_code)]
 #![cfg_attr(
@@ -33,7 +35,9 @@ pub mod geometry;
 pub mod light;
 pub mod material;
 pub mod network;
+pub mod node;
 pub mod path;
+pub mod protocol;
 pub mod random;
 pub mod render;
 pub mod scene;

@@ -1,8 +1,8 @@
-use super::packed::Shadow;
 use crate::block::format::{Child, DEPTH_MAX};
 use crate::block::{BlockSource, BlockView};
 use crate::geometry::{Aabb, Planes, PreparedRay, Primitive, Pyramid};
 use crate::scene::Light;
+use crate::shade::Shadow;
 use crate::trace::{ClipFrame, primitives};
 use glam::Vec3;
 

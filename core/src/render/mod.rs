@@ -27,7 +27,6 @@
 mod clear;
 #[cfg(feature = "bundles")]
 mod neighbours;
-mod packed;
 mod plan;
 mod renderer;
 mod sight;

@@ -1,6 +1,6 @@
-use super::packed::{PathRay, Shadow};
 use crate::block::BlockSource;
 use crate::geometry::{Hit, Ray};
+use crate::shade::{PathRay, Shadow};
 use crate::trace::{BUNDLE, Bundle, TraceError, Tracer};
 use glam::Vec3;
 

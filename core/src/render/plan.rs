@@ -1,4 +1,4 @@
-use super::packed::{PathRay, Shadow};
+use crate::shade::{PathRay, Shadow};
 use crate::shade::{SPLITS, Sum};
 use crate::store::{
     Arena, Budget, BudgetError, Line, LineBudget, frame_table_bytes, frames_that_fit,

@@ -1,4 +1,3 @@
-use super::packed::{PathRay, Shadow};
 use super::sort::sort_by_key;
 use super::stack::Stack;
 use super::tile::{Places, Tile};
@@ -9,6 +8,7 @@ use crate::material::OpticalDepth;
 use crate::path::PathKey;
 use crate::scene::Needs;
 use crate::shade::{Counts, Path, Point, SPLITS, Shader, Sum};
+use crate::shade::{PathRay, Shadow};
 use crate::store::{Arena, ArenaFull, Budget, Line};
 use crate::trace::{TraceError, Tracer};
 use crate::view::Camera;

@@ -1,11 +1,11 @@
 use super::clear::is_clear;
 #[cfg(feature = "bundles")]
 use super::neighbours::Neighbours;
-use super::packed::{PathRay, Shadow};
 use crate::block::BlockSource;
 use crate::geometry::Hit;
 use crate::material::{OpticalDepth, crossing};
 use crate::scene::{Light, Material};
+use crate::shade::{PathRay, Shadow};
 use crate::trace::{Cursor, TraceError, Tracer};
 
 /// What rays see: a tracer, the blocks, and the state of a traversal.

@@ -18,6 +18,7 @@
 mod children;
 mod counts;
 mod direct;
+mod packed;
 mod path;
 mod point;
 mod settings;
@@ -31,6 +32,7 @@ mod trace;
 pub use children::Child;
 pub use counts::Counts;
 pub use direct::{Bundle, Direct, ShadowRay};
+pub use packed::{PackedHit, PathRay, Shadow};
 pub use path::Path;
 pub use point::{Point, SPLITS};
 pub use settings::Settings;

@@ -30,6 +30,7 @@ mod scalar;
 mod tests;
 mod together;
 mod tracer;
+mod trail;
 mod visit;
 mod walk;
 
@@ -45,4 +46,5 @@ pub use lanes::Lanes;
 pub use octant::{Octants, first_octants};
 pub use scalar::Scalar;
 pub use tracer::Tracer;
+pub use trail::Trail;
 pub use walk::{any, closest, every, resume_any, resume_closest};

@@ -1,0 +1,71 @@
+use crate::shade;
+use crate::store::CacheCounts;
+
+/// What a node did so far.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Counts {
+    /// Rays traced, and what was skipped.
+    pub shade: shade::Counts,
+    /// What the block cache did.
+    pub cache: CacheCounts,
+    /// Tiles rendered.
+    pub tiles: u64,
+    /// Messages sent, by kind.
+    pub sent: Kinds,
+    /// Messages handled, by kind.
+    pub received: Kinds,
+    /// Rays sent to other nodes.
+    pub migrated: u64,
+    /// Rays of other nodes that were run here.
+    pub visitors: u64,
+    /// Rays that other nodes refused.
+    pub refused: u64,
+    /// Rays run at home after too many refusals.
+    pub run_at_home: u64,
+    /// Requests for rays made again after their time limit.
+    pub rays_again: u64,
+    /// Requests for blocks made again after their time limit.
+    pub fetches_again: u64,
+    /// Tiles sent to the host again.
+    pub tiles_again: u64,
+    /// Answers, refusals, blocks that nobody waited for: late, doubled or unknown.
+    pub unasked: u64,
+    /// Packets that could not be read.
+    pub damaged: u64,
+    /// Blocks that arrived damaged.
+    pub blocks_refused: u64,
+    /// Times a step could not go on for want of a frame, a slot, or room to send.
+    pub stalls: u64,
+    /// Most rays, shadow rays and visitors held at once.
+    pub rays_peak: u32,
+    /// See `rays_peak`.
+    pub shadows_peak: u32,
+    /// See `rays_peak`.
+    pub visitors_peak: u32,
+}
+
+/// Messages by kind.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Kinds {
+    /// [`Message::Fetch`](crate::protocol::Message::Fetch).
+    pub fetch: Kind,
+    /// [`Message::Part`](crate::protocol::Message::Part).
+    pub part: Kind,
+    /// Asks, grants, pixels, acceptances: all about tiles.
+    pub tile: Kind,
+    /// [`Message::Ray`](crate::protocol::Message::Ray).
+    pub ray: Kind,
+    /// [`Message::Answer`](crate::protocol::Message::Answer).
+    pub answer: Kind,
+    /// [`Message::Refusal`](crate::protocol::Message::Refusal) and [`Message::AtWork`](crate::protocol::Message::AtWork).
+    pub refusal: Kind,
+}
+
+/// Messages of one kind.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Kind {
+    /// How many.
+    pub count: u64,
+    /// Their bytes, without packet headers.
+    pub bytes: u64,
+}

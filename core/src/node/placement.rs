@@ -1,0 +1,112 @@
+use crate::network::NodeId;
+
+/// Which node owns which block: a formula, so that no node keeps a table of all blocks.
+///
+/// The first `top` blocks, those nearest to the root, lie with every node. The others are dealt out; with `replicas` above 1 each lies
+/// with so many nodes in all, evenly spread over the mesh, so that a crash in one corner takes one copy.
+///
+/// The compiler numbers blocks depth first, so a range of numbers is a set of subtrees.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Placement {
+    /// How blocks are dealt out.
+    pub dealing: Dealing,
+    /// Blocks of the scene.
+    pub blocks: u32,
+    /// Nodes of the mesh.
+    pub nodes: u16,
+    /// Blocks that every node has.
+    pub top: u32,
+    /// Copies of each other block, at least 1.
+    pub replicas: u16,
+}
+
+/// How blocks are dealt out.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Dealing {
+    /// Ranges of equal length: whole subtrees.
+    Subtrees,
+    /// One block to each in turn.
+    RoundRobin,
+}
+
+impl Placement {
+    /// The node that holds copy `copy` of a block; `None` if every node has it, or the scene has not.
+    #[must_use]
+    pub fn owner(&self, block: u32, copy: u16) -> Option<NodeId> {
+        let index = block.checked_sub(self.top)?;
+        let dealt = self.dealt();
+        let nodes = u64::from(self.nodes.max(1));
+        if index >= dealt {
+            return None;
+        }
+        let first = match self.dealing {
+            // Block `i` of `n` for `k` nodes: floor(i k / n).
+            Dealing::Subtrees => (u64::from(index) * nodes).checked_div(u64::from(dealt))?,
+            Dealing::RoundRobin => u64::from(index).checked_rem(nodes)?,
+        };
+        Some(NodeId((first.wrapping_add(self.shift(copy)).checked_rem(nodes)?) as u16))
+    }
+
+    /// Whether a node has a block without fetching it.
+    #[must_use]
+    pub fn holds(&self, node: NodeId, block: u32) -> bool {
+        block < self.top.min(self.blocks)
+            || (0..self.replicas.clamp(1, self.nodes.max(1)))
+                .any(|copy| self.owner(block, copy) == Some(node))
+    }
+
+    /// Copies of each block that is dealt out.
+    #[must_use]
+    pub fn copies(&self) -> u16 {
+        self.replicas.clamp(1, self.nodes.max(1))
+    }
+
+    /// Most blocks that any node holds, the top included: what its read-only memory takes.
+    #[must_use]
+    pub fn most_blocks(&self) -> u32 {
+        let each = u64::from(self.dealt()).div_ceil(u64::from(self.nodes.max(1)));
+        let all = each.saturating_mul(u64::from(self.copies()));
+        (all.min(u64::from(self.dealt())) as u32).saturating_add(self.top.min(self.blocks))
+    }
+
+    /// Blocks that are dealt out.
+    fn dealt(&self) -> u32 {
+        self.blocks.saturating_sub(self.top)
+    }
+
+    /// How far behind the first owner the one of this copy is.
+    fn shift(&self, copy: u16) -> u64 {
+        let nodes = u64::from(self.nodes.max(1));
+        let copies = u64::from(self.copies());
+        (u64::from(copy) % copies).saturating_mul(nodes).checked_div(copies).unwrap_or(0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn every_block_has_its_copies_at_different_nodes_and_none_holds_too_many(
+            blocks in 0_u32..400, nodes in 1_u16..40, top in 0_u32..20, replicas in 1_u16..5, robin: bool,
+        ) {
+            let dealing = if robin { Dealing::RoundRobin } else { Dealing::Subtrees };
+            let placement = Placement { dealing, blocks, nodes, top, replicas };
+            let holders = |block| (0..nodes).filter(|&n| placement.holds(NodeId(n), block)).count();
+            for block in 0..blocks {
+                let expected = if block < top { nodes } else { replicas.min(nodes) };
+                prop_assert_eq!(holders(block), usize::from(expected));
+                let owner = placement.owner(block, 0);
+                prop_assert_eq!(owner.is_none(), block < top);
+                prop_assert!(owner.is_none_or(|o| o.0 < nodes && placement.holds(o, block)));
+            }
+            prop_assert_eq!(placement.owner(blocks.max(top), 0), None);
+            for node in 0..nodes {
+                let held = (0..blocks).filter(|&b| placement.holds(NodeId(node), b)).count();
+                prop_assert!(held as u32 <= placement.most_blocks());
+            }
+        }
+    }
+}

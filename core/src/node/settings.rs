@@ -1,0 +1,74 @@
+use super::{Placement, Time};
+
+/// What all nodes of a run share.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Settings {
+    /// Which rays go where.
+    pub schedule: Schedule,
+    /// Which node owns which block.
+    pub placement: Placement,
+    /// Refusals of a ray after which the node that sent it runs it itself.
+    pub refusals: u8,
+    /// How many blocks are fetched ahead for a bundle.
+    pub prefetch: Prefetch,
+    /// Which of the waiting rays goes on first.
+    pub order: TaskOrder,
+    /// First time limit of a request; doubled each time it passes \[ns\].
+    pub patience: Time,
+    /// Greatest age of a bundle of messages that waits for more \[ns\].
+    pub bundle_age: Time,
+    /// Nodes for each sub-master; 0 for none: all ask the host.
+    pub group: u16,
+}
+
+/// Which rays are demand driven (their blocks come to them), and which data parallel (they go to their blocks).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Schedule {
+    /// Camera and shadow rays fetch, specular rays migrate (the dissertation's).
+    Hybrid,
+    /// All rays fetch (Green & Paddon 1989).
+    Demand,
+    /// All rays migrate.
+    Data,
+}
+
+/// What kind of ray a schedule is asked about.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum RayKind {
+    /// From the camera.
+    Camera,
+    /// To a light.
+    Shadow,
+    /// Reflected or refracted.
+    Specular,
+}
+
+impl Schedule {
+    /// Whether a ray of this kind goes to the owner of its next block.
+    #[must_use]
+    pub const fn migrates(self, kind: RayKind) -> bool {
+        match self {
+            Self::Hybrid => matches!(kind, RayKind::Specular),
+            Self::Demand => false,
+            Self::Data => true,
+        }
+    }
+}
+
+/// How many blocks are fetched ahead.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Prefetch {
+    /// All that the pyramid of a bundle touches.
+    All,
+    /// The nearest so many; 0: a block is fetched when a ray needs it.
+    Nearest(u16),
+}
+
+/// Which of the waiting rays goes on first.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum TaskOrder {
+    /// In the order in which they were made, as far as their blocks are here.
+    Made,
+    /// As their blocks arrive.
+    Ready,
+}

@@ -1,0 +1,95 @@
+use core::ops::AddAssign;
+
+/// A moment of a node's clock, since its start, or a length of time \[ns\].
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
+pub struct Time(pub u64);
+
+impl Time {
+    /// No moment at all.
+    pub const NEVER: Self = Self(u64::MAX);
+
+    /// Later by so much.
+    #[must_use]
+    pub const fn after(self, by: Self) -> Self {
+        Self(self.0.saturating_add(by.0))
+    }
+}
+
+/// Operations that a node has carried out: what a machine profile turns into time.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Work {
+    /// Tree nodes visited: eight box tests each.
+    pub nodes: u64,
+    /// Leaf records tested: up to four triangles each.
+    pub leaves: u64,
+    /// Blocks entered by a ray.
+    pub blocks: u64,
+    /// Closest-hit rays begun or gone on with.
+    pub rays: u64,
+    /// Shadow rays begun or gone on with.
+    pub shadow_rays: u64,
+    /// Hits shaded: their material, children and choice of lights.
+    pub shadings: u64,
+    /// Shadow rays made: places on lights and their weights.
+    pub light_samples: u64,
+    /// Bundles of shadow rays clipped against the tree, to prefetch or to skip them.
+    pub clips: u64,
+    /// Messages handled, in and out.
+    pub messages: u64,
+    /// Bytes copied, of messages and blocks.
+    pub copied: u64,
+    /// Bytes of arrived blocks checked.
+    pub checked: u64,
+}
+
+impl AddAssign for Work {
+    fn add_assign(&mut self, other: Self) {
+        self.nodes = self.nodes.saturating_add(other.nodes);
+        self.leaves = self.leaves.saturating_add(other.leaves);
+        self.blocks = self.blocks.saturating_add(other.blocks);
+        self.rays = self.rays.saturating_add(other.rays);
+        self.shadow_rays = self.shadow_rays.saturating_add(other.shadow_rays);
+        self.shadings = self.shadings.saturating_add(other.shadings);
+        self.light_samples = self.light_samples.saturating_add(other.light_samples);
+        self.clips = self.clips.saturating_add(other.clips);
+        self.messages = self.messages.saturating_add(other.messages);
+        self.copied = self.copied.saturating_add(other.copied);
+        self.checked = self.checked.saturating_add(other.checked);
+    }
+}
+
+/// What a step of a node was, and when the next may be.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Progress {
+    /// What it did.
+    pub work: Work,
+    /// When to call again.
+    pub next: Next,
+}
+
+/// When a node can go on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Next {
+    /// At once: it has work.
+    Now,
+    /// When a packet arrives or leaves, or at this moment at the latest.
+    Wait {
+        /// A deadline; [`Time::NEVER`] for none.
+        until: Time,
+        /// For what.
+        lack: Lack,
+    },
+}
+
+/// What an idle node waits for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Lack {
+    /// Blocks that were requested.
+    Data,
+    /// Answers to rays that were sent.
+    Answers,
+    /// Tiles.
+    Tiles,
+    /// Room in buffers to send.
+    Credit,
+}

@@ -1,0 +1,163 @@
+use crate::network::{Channel, NodeId};
+use crate::path::PathKey;
+use crate::shade::{PackedHit, PathRay, Sum};
+use crate::trace::Trail;
+use bytemuck::{Pod, Zeroable};
+
+/// Where an answer belongs: the slot that waits for it, and the name of the ray that it waits for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Pod, Zeroable)]
+#[repr(C)]
+pub struct ReturnAddress {
+    node: u16,
+    slot: u16,
+    key: [u32; 2],
+    sample: u32,
+}
+
+impl ReturnAddress {
+    /// The address of a slot at a node that waits for the ray of this key.
+    #[must_use]
+    pub const fn new(node: NodeId, slot: u16, key: PathKey) -> Self {
+        let halves = [key.path as u32, (key.path >> 32) as u32];
+        Self { node: node.0, slot, key: halves, sample: key.sample }
+    }
+
+    /// The node that waits.
+    #[must_use]
+    pub const fn node(&self) -> NodeId {
+        NodeId(self.node)
+    }
+
+    /// Its slot.
+    #[must_use]
+    pub const fn slot(&self) -> u16 {
+        self.slot
+    }
+
+    /// The ray that it waits for.
+    #[must_use]
+    pub const fn key(&self) -> PathKey {
+        let [low, high] = self.key;
+        PathKey { path: (high as u64) << 32 | low as u64, sample: self.sample }
+    }
+}
+
+/// A ray on its way from node to node: all that anyone needs to go on with it.
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct RayMessage {
+    /// Who waits for what it brings.
+    pub reply: ReturnAddress,
+    /// The ray and its path.
+    pub ray: PathRay,
+    /// What earlier parts of its path have brought, in steps of the picture's unit: added to the answer.
+    pub sum: [[u32; 2]; 3],
+    /// The best hit so far; of a shadow ray the optical depth.
+    pub best: PackedHit,
+    /// Where it is in the octree.
+    pub trail: Trail,
+}
+
+/// A message.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Message<'a> {
+    /// Asks an owner for a block.
+    Fetch {
+        /// The block.
+        block: u32,
+    },
+    /// A piece of a block.
+    Part {
+        /// The block.
+        block: u32,
+        /// Where the piece begins \[bytes\].
+        offset: u32,
+        /// The piece: a multiple of four bytes.
+        bytes: &'a [u8],
+    },
+    /// Asks a master for tiles.
+    Ask {
+        /// How many it can take.
+        count: u32,
+    },
+    /// Tiles to render: a run of places in the picture's order of work.
+    Grant {
+        /// The first place.
+        first: u32,
+        /// How many; 0 for none now.
+        count: u32,
+        /// When there are none: how long to wait before asking again \[µs\].
+        wait: u32,
+    },
+    /// Sums of a run of pixels of a tile.
+    Pixels {
+        /// The tile, by its place in the order of work.
+        tile: u32,
+        /// The first pixel, row by row.
+        first: u32,
+        /// Sums, 24 bytes each: three little-endian `i64`.
+        sums: &'a [u8],
+    },
+    /// The host has all pixels of a tile.
+    Accepted {
+        /// The tile, by its place in the order of work.
+        tile: u32,
+    },
+    /// No copy of a block answers.
+    Lost {
+        /// The block.
+        block: u32,
+    },
+    /// A ray.
+    Ray(RayMessage),
+    /// What a ray and all that followed from it brought.
+    Answer {
+        /// Who waits.
+        to: ReturnAddress,
+        /// The light.
+        sum: Sum,
+    },
+    /// A ray found no room.
+    Refusal {
+        /// Who waits.
+        to: ReturnAddress,
+    },
+    /// A ray that came again is not done yet.
+    AtWork {
+        /// Who waits.
+        to: ReturnAddress,
+    },
+}
+
+impl Message<'_> {
+    /// Its channel.
+    #[must_use]
+    pub const fn channel(&self) -> Channel {
+        match self {
+            Self::Fetch { .. }
+            | Self::Ask { .. }
+            | Self::Pixels { .. }
+            | Self::Lost { .. }
+            | Self::Ray(_) => Channel::Request,
+            Self::Part { .. }
+            | Self::Grant { .. }
+            | Self::Accepted { .. }
+            | Self::Answer { .. }
+            | Self::Refusal { .. }
+            | Self::AtWork { .. } => Channel::Reply,
+        }
+    }
+
+    /// Its urgency: the least goes first (dissertation, table 4.2).
+    #[must_use]
+    pub const fn priority(&self) -> u8 {
+        match self {
+            Self::Fetch { .. } | Self::Lost { .. } => 1,
+            Self::Part { .. } => 2,
+            Self::Ask { .. } | Self::Grant { .. } | Self::Pixels { .. } | Self::Accepted { .. } => {
+                3
+            }
+            Self::Ray(_) | Self::Answer { .. } | Self::Refusal { .. } | Self::AtWork { .. } => 4,
+        }
+    }
+}

@@ -1,0 +1,241 @@
+use super::{Path, ShadowRay};
+use crate::geometry::{Hit, Primitive, Ray};
+use crate::path::PathKey;
+use bytemuck::{Pod, Zeroable};
+use glam::Vec3;
+
+/// A ray, its path and its pixel, as plain data: what waits in an arena, and travels in a message.
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct PathRay {
+    origin: [f32; 3],
+    t_min: f32,
+    direction: [f32; 3],
+    t_max: f32,
+    throughput: [f32; 3],
+    density: f32,
+    key: [u32; 2],
+    sample: u32,
+    pixel: u16,
+    medium: u16,
+    depth: u8,
+    /// 1 for a shadow ray.
+    shadow: u8,
+    _zero: [u8; 2],
+}
+
+impl PathRay {
+    /// Packs a ray, its path, and the index of the pixel in its tile.
+    #[must_use]
+    pub fn new(ray: &Ray, path: &Path, pixel: u16) -> Self {
+        Self {
+            origin: ray.origin.to_array(),
+            t_min: ray.t_min,
+            direction: ray.direction.to_array(),
+            t_max: ray.t_max,
+            throughput: path.throughput.to_array(),
+            density: path.density,
+            key: [path.key.path as u32, (path.key.path >> 32) as u32],
+            sample: path.key.sample,
+            pixel,
+            medium: path.medium,
+            depth: path.depth,
+            shadow: 0,
+            _zero: [0; 2],
+        }
+    }
+
+    /// A shadow ray under a name of its own: its throughput is the light that it brings if nothing is in its way.
+    #[must_use]
+    pub fn of_shadow(shadow: &Shadow, key: PathKey, pixel: u16) -> Self {
+        let path = Path { throughput: shadow.light(), ..Path::camera(key) };
+        Self { shadow: 1, ..Self::new(&shadow.ray(), &path, pixel) }
+    }
+
+    /// The ray.
+    #[inline]
+    #[must_use]
+    pub fn ray(&self) -> Ray {
+        Ray {
+            origin: self.origin.into(),
+            direction: self.direction.into(),
+            t_min: self.t_min,
+            t_max: self.t_max,
+        }
+    }
+
+    /// What it carries.
+    #[must_use]
+    pub fn path(&self) -> Path {
+        Path {
+            key: self.key(),
+            throughput: self.throughput.into(),
+            density: self.density,
+            depth: self.depth,
+            medium: self.medium,
+        }
+    }
+
+    /// The name of its path.
+    #[must_use]
+    pub fn key(&self) -> PathKey {
+        let [low, high] = self.key.map(u64::from);
+        PathKey { path: high << 32 | low, sample: self.sample }
+    }
+
+    /// Index of the pixel in its tile.
+    #[must_use]
+    pub const fn pixel(&self) -> u16 {
+        self.pixel
+    }
+
+    /// How many rays came before it on its path.
+    #[must_use]
+    pub const fn depth(&self) -> u32 {
+        self.depth as u32
+    }
+
+    /// Whether it only asks what is in its way.
+    #[must_use]
+    pub const fn is_shadow(&self) -> bool {
+        self.shadow != 0
+    }
+}
+
+/// A shadow ray, its light and its pixel, as plain data. It begins at `t = 0`.
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct Shadow {
+    origin: [f32; 3],
+    direction: [f32; 3],
+    t_max: f32,
+    light: [f32; 3],
+    /// Index of the light.
+    pub source: u32,
+    /// Index of the pixel in the tile.
+    pub pixel: u32,
+}
+
+impl Shadow {
+    /// Packs a shadow ray to light `source`.
+    #[must_use]
+    pub fn new(shadow: &ShadowRay, source: u32, pixel: u16) -> Self {
+        Self {
+            origin: shadow.ray.origin.to_array(),
+            direction: shadow.ray.direction.to_array(),
+            t_max: shadow.ray.t_max,
+            light: shadow.light.to_array(),
+            source,
+            pixel: u32::from(pixel),
+        }
+    }
+
+    /// The ray.
+    #[inline]
+    #[must_use]
+    pub fn ray(&self) -> Ray {
+        Ray {
+            origin: self.origin.into(),
+            direction: self.direction.into(),
+            t_min: 0.0,
+            t_max: self.t_max,
+        }
+    }
+
+    /// What it brings if nothing is in its way.
+    #[must_use]
+    pub fn light(&self) -> Vec3 {
+        self.light.into()
+    }
+}
+
+/// A hit, or none, as plain data.
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct PackedHit {
+    t: f32,
+    b1: f32,
+    b2: f32,
+    material: u16,
+    kind: u16,
+    data: [u32; 12],
+}
+
+/// In [`PackedHit::kind`].
+const TRIANGLE: u16 = 1;
+const SMOOTH_TRIANGLE: u16 = 2;
+const SPHERE: u16 = 3;
+const BUBBLE: u16 = 4;
+
+impl PackedHit {
+    /// No hit.
+    pub const NONE: Self = Self { t: 0.0, b1: 0.0, b2: 0.0, material: 0, kind: 0, data: [0; 12] };
+
+    /// Packs a hit.
+    #[must_use]
+    pub fn new(hit: Option<&Hit>) -> Self {
+        let Some(hit) = hit else { return Self::NONE };
+        let mut data = [0; 12];
+        let kind = match hit.primitive {
+            Primitive::Triangle { vertices, normals } => {
+                let words = vertices.into_iter().flat_map(|v| v.to_array().map(f32::to_bits));
+                let words = words.chain(normals.unwrap_or_default());
+                data.iter_mut().zip(words).for_each(|(place, word)| *place = word);
+                if normals.is_some() { SMOOTH_TRIANGLE } else { TRIANGLE }
+            }
+            Primitive::Sphere { center, radius, inward } => {
+                let words = center.to_array().into_iter().chain([radius]).map(f32::to_bits);
+                data.iter_mut().zip(words).for_each(|(place, word)| *place = word);
+                if inward { BUBBLE } else { SPHERE }
+            }
+        };
+        Self { t: hit.t, b1: hit.b1, b2: hit.b2, material: hit.material, kind, data }
+    }
+
+    /// The hit.
+    #[must_use]
+    pub fn get(&self) -> Option<Hit> {
+        let [a, b, c, d, e, f, g, h, i, n0, n1, n2] = self.data;
+        let v = |x, y, z| Vec3::from([x, y, z].map(f32::from_bits));
+        let primitive = match self.kind {
+            TRIANGLE | SMOOTH_TRIANGLE => Primitive::Triangle {
+                vertices: [v(a, b, c), v(d, e, f), v(g, h, i)],
+                normals: (self.kind == SMOOTH_TRIANGLE).then_some([n0, n1, n2]),
+            },
+            SPHERE | BUBBLE => Primitive::Sphere {
+                center: v(a, b, c),
+                radius: f32::from_bits(d),
+                inward: self.kind == BUBBLE,
+            },
+            _ => return None,
+        };
+        Some(Hit { t: self.t, b1: self.b1, b2: self.b2, material: self.material, primitive })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn a_packed_hit_is_the_hit(
+            [t, b1, b2, x, y, z] in any::<[f32; 6]>().prop_map(|v| v.map(|x| if x.is_nan() { 0.0 } else { x })),
+            material: u16,
+            normals: Option<[u32; 3]>,
+            sphere: bool,
+            inward: bool,
+        ) {
+            let a = Vec3::new(x, y, z);
+            let primitive = if sphere {
+                Primitive::Sphere { center: a, radius: b1, inward }
+            } else {
+                Primitive::Triangle { vertices: [a, a + Vec3::X, Vec3::new(t, b1, b2)], normals }
+            };
+            let hit = Hit { t, b1, b2, material, primitive };
+            prop_assert_eq!(PackedHit::new(Some(&hit)).get(), Some(hit));
+            prop_assert_eq!(PackedHit::new(None).get(), None);
+        }
+    }
+}
