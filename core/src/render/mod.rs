@@ -29,6 +29,7 @@ mod clear;
 mod neighbours;
 mod plan;
 mod renderer;
+mod shuffle;
 mod sight;
 mod sort;
 mod stack;

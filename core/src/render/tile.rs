@@ -1,3 +1,5 @@
+use super::shuffle::shuffled;
+
 /// A picture in square tiles.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Tiling {
@@ -59,6 +61,13 @@ impl Tiling {
         let width = self.width.saturating_sub(x).min(self.side);
         let height = self.height.saturating_sub(y).min(self.side);
         Some(Tile { x, y, width, height })
+    }
+
+    /// The tile at a place of a seeded random order: neighbours in the picture go to different nodes, at different times
+    /// (dissertation 4.3). Anyone can compute it; O(1) on average, and no table.
+    #[must_use]
+    pub fn shuffled(&self, place: u32, seed: u64) -> Option<Tile> {
+        self.tile(shuffled(place, self.len(), seed)?)
     }
 }
 
@@ -146,6 +155,22 @@ mod tests {
             assert!(seen.iter().all(|&(x, y)| x < width && y < height));
             assert_eq!(tiling.tile(tiling.len()), None);
         }
+    }
+
+    #[test]
+    fn a_random_order_has_every_tile_once() {
+        let tiling = Tiling::new(50, 31, 8);
+        let corner = |tile: Tile| (tile.x, tile.y);
+        let tiles = |by: &dyn Fn(u32) -> Option<Tile>| -> Vec<_> {
+            (0..tiling.len()).map(|place| corner(by(place).unwrap())).collect()
+        };
+        let mut shuffled = tiles(&|place| tiling.shuffled(place, 7));
+        let mut all = tiles(&|place| tiling.tile(place));
+        assert_ne!(shuffled, all);
+        shuffled.sort_unstable();
+        all.sort_unstable();
+        assert_eq!(shuffled, all);
+        assert_eq!(tiling.shuffled(tiling.len(), 7), None);
     }
 
     #[test]
