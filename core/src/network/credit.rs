@@ -20,7 +20,7 @@ pub struct Sequence(pub u16);
 
 impl Sequence {
     /// How far `self` is ahead of `other`: negative if behind.
-    fn ahead_of(self, other: Self) -> i16 {
+    pub(super) fn ahead_of(self, other: Self) -> i16 {
         self.0.wrapping_sub(other.0) as i16
     }
 }

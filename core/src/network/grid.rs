@@ -83,6 +83,27 @@ impl Grid {
         None
     }
 
+    /// Steps along all dimensions, on a ring the shorter way.
+    pub(super) fn distance(&self, a: NodeId, b: NodeId) -> u16 {
+        let steps = (0..u16::from(self.dimensions)).filter_map(|dimension| {
+            let (a, size, _) = self.place(a, dimension)?;
+            let (b, ..) = self.place(b, dimension)?;
+            let steps = a.abs_diff(b);
+            Some(if self.wrap { steps.min(size.saturating_sub(steps)) } else { steps })
+        });
+        steps.fold(0_u32, u32::saturating_add) as u16
+    }
+
+    /// Half round every ring, at the end of every line.
+    pub(super) fn antipode(&self) -> NodeId {
+        let number = (0..u16::from(self.dimensions)).filter_map(|dimension| {
+            let (_, size, stride) = self.place(NodeId(0), dimension)?;
+            let place = if self.wrap { size / 2 } else { size.saturating_sub(1) };
+            Some(place.saturating_mul(stride))
+        });
+        NodeId(number.fold(0_u32, u32::saturating_add) as u16)
+    }
+
     /// Where a node lies in a dimension, the size of the dimension, and the distance of neighbours' numbers.
     fn place(&self, node: NodeId, dimension: u16) -> Option<(u32, u32, u32)> {
         let before = self.size.get(..usize::from(dimension))?;

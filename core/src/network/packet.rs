@@ -71,7 +71,7 @@ pub struct PacketHeader {
     pub kind: u8,
     /// The lane of a data packet.
     pub lane: u8,
-    /// The lesser is sent first.
+    /// The lesser is sent first. Of a control packet: [`ASKS`](Self::ASKS), or 0.
     pub priority: u8,
     /// Zero.
     pub _zero: u8,
@@ -90,6 +90,8 @@ impl PacketHeader {
     pub const DATA: u8 = 0;
     /// Credit and probes.
     pub const CONTROL: u8 = 1;
+    /// The priority of a control packet that wants an answer.
+    pub const ASKS: u8 = 1;
     /// Its length.
     pub const BYTES: usize = size_of::<Self>();
 

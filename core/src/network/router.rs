@@ -1,106 +1,7 @@
-use bytemuck::{Pod, Zeroable};
-
+use super::buffers::{ARRIVED, Fifo, RouterMemory, RouterSize, Slot};
 use super::packet::{Channel, LANES, Lane, PacketHeader};
-use super::{Arrival, CreditReceiver, CreditSender, NodeId, Port, Sequence, Topology};
-
-/// How much a router is lent.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct RouterSize {
-    /// Ports of the node, used or not.
-    pub ports: u16,
-    /// Classes of the topology.
-    pub classes: u8,
-    /// Packets in each buffer queue: of each lane and port, and of each channel for the node's own.
-    pub depth: u16,
-    /// Greatest payload of a packet \[bytes\].
-    pub payload: u16,
-}
-
-impl RouterSize {
-    /// The size for a topology.
-    #[must_use]
-    pub fn new(topology: &Topology, depth: u16, payload: u16) -> Self {
-        Self {
-            ports: topology.ports(),
-            classes: topology.classes(),
-            depth: depth.clamp(1, 255),
-            payload,
-        }
-    }
-
-    /// Queues of packets: of the ports, and of the node itself.
-    #[must_use]
-    pub fn queues(&self) -> usize {
-        (usize::from(self.ports) + 1) * LANES
-    }
-
-    /// [`Slot`]s to lend.
-    #[must_use]
-    pub fn slots(&self) -> usize {
-        self.queues() * usize::from(self.depth)
-    }
-
-    /// Bytes to lend for payloads. Lanes of a class that the topology does not have take none.
-    #[must_use]
-    pub fn bytes(&self) -> usize {
-        self.slots() / LANES * self.lanes_used() * usize::from(self.payload)
-    }
-
-    fn lanes_used(&self) -> usize {
-        Channel::ALL.len() * usize::from(self.classes.clamp(1, 2))
-    }
-}
-
-/// A packet in a buffer; its payload lies apart.
-#[derive(Debug, Clone, Copy, Pod, Zeroable)]
-#[repr(C)]
-pub struct Slot {
-    to: u16,
-    from: u16,
-    len: u16,
-    /// The port of its next hop; [`ARRIVED`] if it stays here.
-    port: u16,
-    /// The class of its next hop.
-    class: u8,
-    priority: u8,
-}
-
-/// In [`Slot::port`]: no hop any more.
-const ARRIVED: u16 = u16::MAX;
-
-/// A first-in first-out queue of slots.
-#[derive(Debug, Clone, Copy, Default, Pod, Zeroable)]
-#[repr(C)]
-pub struct Fifo {
-    first: u8,
-    len: u8,
-}
-
-/// The two directions of a link, by lane.
-#[derive(Debug, Clone, Copy, Pod, Zeroable)]
-#[repr(C)]
-pub struct PortState {
-    senders: [CreditSender; LANES],
-    receivers: [CreditReceiver; LANES],
-    /// The queue after the one that was served last.
-    turn: u16,
-    /// Credit has come free that the far end does not know of, or it is time to repeat it.
-    owes_credit: u8,
-    _zero: u8,
-}
-
-/// What a router is lent: slices of its [`RouterSize`], their content does not matter.
-#[derive(Debug)]
-pub struct RouterMemory<'a> {
-    /// [`RouterSize::slots`].
-    pub slots: &'a mut [Slot],
-    /// [`RouterSize::queues`].
-    pub fifos: &'a mut [Fifo],
-    /// [`RouterSize::ports`].
-    pub ports: &'a mut [PortState],
-    /// [`RouterSize::bytes`].
-    pub bytes: &'a mut [u8],
-}
+use super::port::{ASK, PortState, TELL};
+use super::{Arrival, CreditSender, Mesh, NodeId, Port, Sequence};
 
 /// What became of a packet that came over a link.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -128,17 +29,21 @@ pub struct Busy;
 /// the queues take turns.
 #[derive(Debug)]
 pub struct Router<'a> {
-    topology: Topology,
+    mesh: Mesh,
     here: NodeId,
     size: RouterSize,
     memory: RouterMemory<'a>,
+    /// Whether what is injected now is held back.
+    holds: bool,
+    /// Packets that are held back at the end of the node's own queues, by channel.
+    held: [u8; Channel::ALL.len()],
 }
 
 impl<'a> Router<'a> {
     /// A router with empty buffers. `None` if a slice is shorter than `size` says.
     #[must_use]
     pub fn new(
-        topology: Topology,
+        mesh: Mesh,
         here: NodeId,
         size: RouterSize,
         memory: RouterMemory<'a>,
@@ -151,14 +56,14 @@ impl<'a> Router<'a> {
             return None;
         }
         memory.fifos.fill(Fifo::default());
-        memory.ports.fill(PortState {
-            senders: [CreditSender::new(size.depth); LANES],
-            receivers: [CreditReceiver::new(size.depth); LANES],
-            turn: 0,
-            owes_credit: 0,
-            _zero: 0,
-        });
-        Some(Self { topology, here, size, memory })
+        memory.ports.fill(PortState::new(size.depth));
+        Some(Self { mesh, here, size, memory, holds: false, held: [0; Channel::ALL.len()] })
+    }
+
+    /// What it is a part of.
+    #[must_use]
+    pub const fn mesh(&self) -> &Mesh {
+        &self.mesh
     }
 
     /// Where this router is.
@@ -179,7 +84,24 @@ impl<'a> Router<'a> {
         priority: u8,
         payload: &[u8],
     ) -> Result<(), Busy> {
-        self.push(self.own_queue(channel), (to, self.here), priority, payload)
+        self.push(self.own_queue(channel), (to, self.here), priority, payload)?;
+        if self.holds
+            && let Some(held) = self.held.get_mut(channel as usize)
+        {
+            *held = held.saturating_add(1);
+        }
+        Ok(())
+    }
+
+    /// Holds back what is injected from now on, as what a node makes can leave only when the node has done it.
+    pub fn hold(&mut self) {
+        self.holds = true;
+    }
+
+    /// Lets go what was held back.
+    pub fn release(&mut self) {
+        self.holds = false;
+        self.held = [0; Channel::ALL.len()];
     }
 
     /// Packets that [`inject`](Self::inject) takes now.
@@ -198,7 +120,7 @@ impl<'a> Router<'a> {
     ) -> Received {
         let Some((header, payload)) = PacketHeader::split(packet) else { return Received::Bad };
         let Some(lane) = Lane::from_u8(header.lane) else { return Received::Bad };
-        let exists = header.to < self.topology.nodes();
+        let exists = self.mesh.contains(header.to());
         if payload.len() > usize::from(self.size.payload)
             || lane.class() >= self.size.classes
             || header.kind == PacketHeader::DATA && !exists
@@ -216,6 +138,9 @@ impl<'a> Router<'a> {
             for (receiver, sent) in state.receivers.iter_mut().zip(header.sent) {
                 receiver.probe(Sequence(sent));
             }
+            if header.priority == PacketHeader::ASKS {
+                state.control = state.control.max(TELL);
+            }
             return Received::Control;
         }
         let Some(receiver) = state.receivers.get_mut(lane.index()) else { return Received::Bad };
@@ -224,7 +149,6 @@ impl<'a> Router<'a> {
         }
         if is_dead(header.to()) {
             receiver.release();
-            state.owes_credit = 1;
             return Received::Dead;
         }
         match self.push(queue, (header.to(), header.from()), header.priority, payload) {
@@ -253,19 +177,27 @@ impl<'a> Router<'a> {
     ///
     /// `out` must hold a header and a payload.
     pub fn transmit(&mut self, port: Port, out: &mut [u8]) -> Option<usize> {
-        let far = self.topology.neighbour(self.here, port)?;
+        let far = self.mesh.neighbour(self.here, port)?;
         debug_assert!(far != self.here);
-        match self.next_for(port) {
+        // A question goes first: it is rare, and other lanes could keep the link busy for ever.
+        let asks = self.memory.ports.get(usize::from(port.0)).is_some_and(|p| p.control == ASK);
+        match self.next_for(port).filter(|_| !asks) {
             Some((queue, lane)) => self.send(port, queue, lane, out),
             None => self.control(port, out),
         }
     }
 
-    /// To be called at intervals: repeats credit and probes on every link, so that lost ones heal.
-    pub fn remind(&mut self) {
-        for state in self.memory.ports.iter_mut() {
-            state.owes_credit = 1;
+    /// To be called at intervals where packets can be lost or overtaken: asks for credit that is overdue, so that lost packets and lost credit heal.
+    /// Gives whether any is; where not, there is no need to call again before the next packet leaves.
+    pub fn remind(&mut self) -> bool {
+        let mut any = false;
+        for state in self.memory.ports.iter_mut().take(usize::from(self.size.ports)) {
+            if state.senders.iter().any(|sender| sender.available() < self.size.depth) {
+                state.control = ASK;
+                any = true;
+            }
         }
+        any
     }
 
     /// Drops all packets for a node that is known to be dead, and gives their credit back.
@@ -274,7 +206,7 @@ impl<'a> Router<'a> {
         for queue in 0..self.size.queues() {
             let len = self.memory.fifos.get(queue).map_or(0, |fifo| fifo.len);
             for _ in 0..len {
-                let Some((slot, _)) = self.head(queue) else { break };
+                let Some(slot) = self.slot_at_head(queue) else { break };
                 if slot.to == dead.0 {
                     self.pop(queue);
                     dropped += 1;
@@ -284,6 +216,13 @@ impl<'a> Router<'a> {
             }
         }
         dropped
+    }
+
+    /// Most packets that the buffers of a port ever held, lane by lane. The port after the last stands for the node's own packets.
+    #[must_use]
+    pub fn peak(&self, port: Port) -> u32 {
+        let first = usize::from(port.0).saturating_mul(LANES);
+        self.memory.fifos.iter().skip(first).take(LANES).map(|fifo| u32::from(fifo.peak)).sum()
     }
 
     /// Packets in all buffers.
@@ -301,16 +240,13 @@ impl<'a> Router<'a> {
         let _number = state.senders.get_mut(lane.index())?.take()?;
         state.turn = queue.wrapping_add(1) as u16;
         let header = PacketHeader {
-            kind: PacketHeader::DATA,
             lane: lane.index() as u8,
             priority: slot.priority,
-            _zero: 0,
             to: slot.to,
             from: slot.from,
-            limits: state.receivers.map(|r| r.limit().0),
-            sent: state.senders.map(|s| s.probe().0),
+            ..state.header(PacketHeader::DATA)
         };
-        state.owes_credit = 0;
+        state.control = 0;
         head.copy_from_slice(bytemuck::bytes_of(&header));
         self.pop(queue);
         Some(len)
@@ -318,20 +254,15 @@ impl<'a> Router<'a> {
 
     fn control(&mut self, port: Port, out: &mut [u8]) -> Option<usize> {
         let state = self.memory.ports.get_mut(usize::from(port.0))?;
-        if state.owes_credit == 0 {
+        if !state.owes_credit(self.size.depth) {
             return None;
         }
-        state.owes_credit = 0;
         let header = PacketHeader {
-            kind: PacketHeader::CONTROL,
-            lane: 0,
-            priority: 0,
-            _zero: 0,
-            to: 0,
+            priority: if state.control == ASK { PacketHeader::ASKS } else { 0 },
             from: self.here.0,
-            limits: state.receivers.map(|r| r.limit().0),
-            sent: state.senders.map(|s| s.probe().0),
+            ..state.header(PacketHeader::CONTROL)
         };
+        state.control = 0;
         out.get_mut(..PacketHeader::BYTES)?.copy_from_slice(bytemuck::bytes_of(&header));
         Some(PacketHeader::BYTES)
     }
@@ -343,11 +274,13 @@ impl<'a> Router<'a> {
         let mut best: Option<(u8, usize, Lane)> = None;
         for k in 0..queues {
             let queue = (usize::from(state.turn) + k).checked_rem(queues)?;
-            let Some((slot, _)) = self.head(queue) else { continue };
+            let Some(slot) = self.slot_at_head(queue).filter(|slot| slot.port == port.0) else {
+                continue;
+            };
             let lane = Lane::new(queue_lane(queue).channel(), slot.class);
             let credit = state.senders.get(lane.index()).map_or(0, CreditSender::available);
             let earlier = best.is_none_or(|(priority, ..)| slot.priority < priority);
-            if slot.port == port.0 && credit > 0 && earlier {
+            if credit > 0 && earlier && !self.is_held(queue) {
                 best = Some((slot.priority, queue, lane));
             }
         }
@@ -357,7 +290,7 @@ impl<'a> Router<'a> {
     fn arrived_queue(&self, channel: Channel) -> Option<usize> {
         let mut best: Option<(u8, usize)> = None;
         for queue in (0..self.size.queues()).filter(|&q| queue_lane(q).channel() == channel) {
-            let Some((slot, _)) = self.head(queue) else { continue };
+            let Some(slot) = self.slot_at_head(queue) else { continue };
             let earlier = best.is_none_or(|(priority, _)| slot.priority < priority);
             if slot.port == ARRIVED && earlier {
                 best = Some((slot.priority, queue));
@@ -375,14 +308,24 @@ impl<'a> Router<'a> {
         self.queue(usize::from(self.size.ports), Lane::new(channel, 0))
     }
 
+    fn slot_at_head(&self, queue: usize) -> Option<&Slot> {
+        let fifo = self.memory.fifos.get(queue).filter(|fifo| fifo.len > 0)?;
+        self.memory.slots.get(self.slot(queue, usize::from(fifo.first)))
+    }
+
     fn head(&self, queue: usize) -> Option<(Slot, &[u8])> {
-        let fifo = self.memory.fifos.get(queue)?;
-        if fifo.len == 0 {
-            return None;
-        }
-        let slot = *self.memory.slots.get(self.slot(queue, usize::from(fifo.first)))?;
-        let at = self.bytes_at(queue, usize::from(fifo.first));
+        let slot = *self.slot_at_head(queue)?;
+        let first = self.memory.fifos.get(queue)?.first;
+        let at = self.bytes_at(queue, usize::from(first));
         Some((slot, self.memory.bytes.get(at..at.checked_add(usize::from(slot.len))?)?))
+    }
+
+    /// Whether all packets of a queue are held back.
+    fn is_held(&self, queue: usize) -> bool {
+        let lane = queue_lane(queue);
+        let held = self.held.get(lane.channel() as usize).copied().unwrap_or(0);
+        let len = self.memory.fifos.get(queue).map_or(0, |fifo| fifo.len);
+        queue / LANES == usize::from(self.size.ports) && len <= held
     }
 
     fn push(
@@ -392,7 +335,7 @@ impl<'a> Router<'a> {
         priority: u8,
         payload: &[u8],
     ) -> Result<(), Busy> {
-        let hop = self.topology.route(self.here, to);
+        let hop = self.mesh.route(self.here, to);
         if hop.is_none() && to != self.here {
             return Err(Busy);
         }
@@ -419,6 +362,7 @@ impl<'a> Router<'a> {
         *self.memory.slots.get_mut(index).ok_or(Busy)? = slot;
         if let Some(fifo) = self.memory.fifos.get_mut(queue) {
             fifo.len += 1;
+            fifo.peak = fifo.peak.max(fifo.len);
         }
         Ok(())
     }
@@ -430,13 +374,16 @@ impl<'a> Router<'a> {
         };
         fifo.len -= 1;
         fifo.first = u16::from(fifo.first + 1).checked_rem(self.size.depth).unwrap_or(0) as u8;
+        let fifo_len = fifo.len;
         // The node's own queue is behind the last port: it has no link.
         if let Some(state) = self.memory.ports.get_mut(queue / LANES)
             && queue / LANES < usize::from(self.size.ports)
             && let Some(receiver) = state.receivers.get_mut(queue % LANES)
         {
             receiver.release();
-            state.owes_credit = 1;
+        } else if let Some(held) = self.held.get_mut(queue_lane(queue).channel() as usize) {
+            // The node has consumed a packet of its own to itself.
+            *held = fifo_len.min(*held);
         }
     }
 

@@ -130,13 +130,33 @@ impl Topology {
     /// Steps from `a` to `b`; 0 where one of them does not exist.
     #[must_use]
     pub fn distance(&self, a: NodeId, b: NodeId) -> u16 {
-        let mut here = a;
-        let mut steps = 0;
-        while let Some(next) = self.route(here, b).and_then(|hop| self.neighbour(here, hop.port)) {
-            here = next;
-            steps += 1;
+        if a == b || a.0 >= self.nodes() || b.0 >= self.nodes() {
+            return 0;
         }
-        steps
+        match *self {
+            Self::Grid(grid) => grid.distance(a, b),
+            Self::Tree { arity, .. } => {
+                let (mut a, mut b, mut steps) = (a, b, 0_u16);
+                // The greater number is no less deep: it climbs, until both have met.
+                while a != b {
+                    let deeper = if a > b { &mut a } else { &mut b };
+                    let Some(above) = parent(*deeper, arity) else { break };
+                    *deeper = above;
+                    steps = steps.saturating_add(1);
+                }
+                steps
+            }
+            Self::Full { .. } => 1,
+        }
+    }
+
+    /// A node as far from node 0 as any.
+    #[must_use]
+    pub fn antipode(&self) -> NodeId {
+        match *self {
+            Self::Grid(grid) => grid.antipode(),
+            Self::Tree { nodes, .. } | Self::Full { nodes } => NodeId(nodes.saturating_sub(1)),
+        }
     }
 }
 

@@ -4,16 +4,17 @@
 use std::collections::BTreeMap;
 
 use kiloray_core::network::{
-    Channel, Fifo, NodeId, PacketHeader, Port, PortState, Received, Router, RouterMemory,
-    RouterSize, Slot, Topology,
+    Channel, Fifo, HOST, Mesh, NodeId, PacketHeader, Port, PortState, Received, Router,
+    RouterMemory, RouterSize, Slot, Topology,
 };
 use proptest::prelude::*;
 
 /// Longest payload.
 const PAYLOAD: u16 = 8;
 
-struct Mesh<'a> {
-    topology: Topology,
+struct Network<'a> {
+    mesh: Mesh,
+    /// The last is the host's.
     routers: Vec<Router<'a>>,
     /// Packets on their way, by node and port that they leave by.
     wires: BTreeMap<(u16, u16), Vec<Vec<u8>>>,
@@ -26,6 +27,7 @@ struct Memory(Vec<Lent>);
 
 /// What one router is lent.
 struct Lent {
+    size: RouterSize,
     slots: Vec<Slot>,
     fifos: Vec<Fifo>,
     ports: Vec<PortState>,
@@ -33,42 +35,50 @@ struct Lent {
 }
 
 impl Memory {
-    fn new(topology: &Topology, size: &RouterSize) -> Self {
-        let lent = |_| Lent {
-            slots: vec![bytemuck::Zeroable::zeroed(); size.slots()],
-            fifos: vec![Fifo::default(); size.queues()],
-            ports: vec![bytemuck::Zeroable::zeroed(); usize::from(size.ports)],
-            bytes: vec![0; size.bytes()],
+    fn new(mesh: &Mesh, depth: u16) -> Self {
+        let lent = |here| {
+            let size = RouterSize::new(mesh, here, depth, PAYLOAD);
+            Lent {
+                size,
+                slots: vec![bytemuck::Zeroable::zeroed(); size.slots()],
+                fifos: vec![Fifo::default(); size.queues()],
+                ports: vec![bytemuck::Zeroable::zeroed(); usize::from(size.ports)],
+                bytes: vec![0; size.bytes()],
+            }
         };
-        Self((0..topology.nodes()).map(lent).collect())
+        Self(places(mesh).map(lent).collect())
     }
 }
 
-impl<'a> Mesh<'a> {
-    fn new(topology: Topology, size: RouterSize, memory: &'a mut Memory, packets: usize) -> Self {
-        let routers = memory.0.iter_mut().zip(0..).map(|(lent, node)| {
-            let Lent { slots, fifos, ports, bytes } = lent;
+/// All nodes, and the host.
+fn places(mesh: &Mesh) -> impl Iterator<Item = NodeId> + use<> {
+    (0..mesh.nodes()).map(NodeId).chain([HOST])
+}
+
+impl<'a> Network<'a> {
+    fn new(mesh: Mesh, memory: &'a mut Memory, packets: usize) -> Self {
+        let routers = memory.0.iter_mut().zip(places(&mesh)).map(|(lent, here)| {
+            let Lent { size, slots, fifos, ports, bytes } = lent;
             let memory = RouterMemory { slots, fifos, ports, bytes };
-            Router::new(topology, NodeId(node), size, memory).expect("the memory has the size")
+            Router::new(mesh, here, *size, memory).expect("the memory has the size")
         });
-        Self {
-            topology,
-            routers: routers.collect(),
-            wires: BTreeMap::new(),
-            arrived: vec![0; packets],
-        }
+        Self { mesh, routers: routers.collect(), wires: BTreeMap::new(), arrived: vec![0; packets] }
+    }
+
+    fn router(&mut self, at: NodeId) -> &mut Router<'a> {
+        let last = self.routers.len() - 1;
+        &mut self.routers[usize::from(at.0).min(last)]
     }
 
     /// Moves what can move on every wire and into every node; whether anything did.
     fn step(&mut self, mut fault: impl FnMut() -> Fault) -> bool {
         let mut moved = false;
-        for node in 0..self.topology.nodes() {
-            for port in 0..self.topology.ports() {
+        for node in places(&self.mesh) {
+            for port in 0..self.mesh.ports(node) {
                 let mut out = [0; PacketHeader::BYTES + PAYLOAD as usize];
-                let router = &mut self.routers[usize::from(node)];
-                while let Some(len) = router.transmit(Port(port), &mut out) {
+                while let Some(len) = self.router(node).transmit(Port(port), &mut out) {
                     moved = true;
-                    let wire = self.wires.entry((node, port)).or_default();
+                    let wire = self.wires.entry((node.0, port)).or_default();
                     match fault() {
                         Fault::None => wire.push(out[..len].to_vec()),
                         Fault::Lose => {}
@@ -80,11 +90,11 @@ impl<'a> Mesh<'a> {
         }
         for ((node, port), packets) in std::mem::take(&mut self.wires) {
             let (node, port) = (NodeId(node), Port(port));
-            let far = self.topology.neighbour(node, port).expect("a wire has two ends");
-            let back = self.topology.reverse(node, port).expect("a wire has two ends");
+            let far = self.mesh.neighbour(node, port).expect("a wire has two ends");
+            let back = self.mesh.reverse(node, port).expect("a wire has two ends");
             for packet in packets {
                 moved = true;
-                let received = self.routers[usize::from(far.0)].receive(back, &packet, |_| false);
+                let received = self.router(far).receive(back, &packet, |_| false);
                 assert!(received != Received::Bad);
             }
         }
@@ -142,28 +152,31 @@ fn run(
     traffic: &[(u16, u16, bool)],
     mut fault: impl FnMut() -> Fault,
 ) -> (Vec<u32>, u32) {
-    let size = RouterSize::new(&topology, depth, PAYLOAD);
-    let mut memory = Memory::new(&topology, &size);
-    let mut mesh = Mesh::new(topology, size, &mut memory, traffic.len());
+    let mesh = Mesh::new(topology);
+    let mut memory = Memory::new(&mesh, depth);
+    let mut network = Network::new(mesh, &mut memory, traffic.len());
     let mut waiting: Vec<u32> = (0..traffic.len() as u32).rev().collect();
-    let nodes = topology.nodes();
+    let places: Vec<NodeId> = places(&mesh).collect();
+    let place = |number: u16| places[usize::from(number) % places.len()];
     // Far more rounds than any of these takes: a mesh that is stuck is found, not waited for.
     for _ in 0..20_000 {
         waiting.retain(|&id| {
             let (from, to, reply) = traffic[id as usize];
             let channel = if reply { Channel::Reply } else { Channel::Request };
-            let router = &mut mesh.routers[usize::from(from % nodes)];
-            router.inject(NodeId(to % nodes), channel, (id % 5) as u8, &id.to_le_bytes()).is_err()
+            let router = network.router(place(from));
+            router.inject(place(to), channel, (id % 5) as u8, &id.to_le_bytes()).is_err()
         });
-        if !mesh.step(&mut fault) {
-            if waiting.is_empty() && mesh.buffered() == 0 {
+        if !network.step(&mut fault) {
+            if waiting.is_empty() && network.buffered() == 0 {
                 break;
             }
-            mesh.routers.iter_mut().for_each(Router::remind);
+            let overdue = network.routers.iter_mut().map(|router| u32::from(router.remind()));
+            let overdue: u32 = overdue.sum();
+            assert!(overdue > 0, "{} packets wait for nothing", network.buffered());
         }
     }
     assert!(waiting.is_empty(), "{} packets never left", waiting.len());
-    (mesh.arrived.clone(), mesh.buffered())
+    (network.arrived.clone(), network.buffered())
 }
 
 proptest! {
@@ -203,16 +216,16 @@ proptest! {
         lane in 0_u8..4,
     ) {
         let topology = Topology::parse("torus:3x3", 9).expect("a shape that exists");
-        let size = RouterSize::new(&topology, 2, PAYLOAD);
-        let mut memory = Memory::new(&topology, &size);
-        let mut mesh = Mesh::new(topology, size, &mut memory, 0);
+        let mesh = Mesh::new(topology);
+        let mut memory = Memory::new(&mesh, 2);
+        let mut network = Network::new(mesh, &mut memory, 0);
         for mut packet in packets {
             // Half of them look like packets, so that more than the first check is reached.
             if let [k, l, ..] = packet.as_mut_slice() && *k % 2 == 0 {
                 (*k, *l) = (kind, lane);
             }
-            mesh.routers[4].receive(Port(1), &packet, |node| node.0 == 7);
-            prop_assert!(mesh.routers[4].buffered() <= 2 * 4);
+            network.routers[4].receive(Port(1), &packet, |node| node.0 == 7);
+            prop_assert!(network.routers[4].buffered() <= 2 * 4);
         }
     }
 }
@@ -220,15 +233,65 @@ proptest! {
 #[test]
 fn packets_for_the_dead_are_dropped_and_their_buffers_free() {
     let topology = Topology::parse("line", 3).expect("a shape that exists");
-    let size = RouterSize::new(&topology, 3, PAYLOAD);
-    let mut memory = Memory::new(&topology, &size);
-    let mut mesh = Mesh::new(topology, size, &mut memory, 3);
-    let router = &mut mesh.routers[0];
+    let mesh = Mesh::new(topology);
+    let mut memory = Memory::new(&mesh, 3);
+    let mut network = Network::new(mesh, &mut memory, 3);
+    let router = &mut network.routers[0];
     for (id, to) in [(0_u32, 2), (1, 1), (2, 2)] {
         router.inject(NodeId(to), Channel::Request, 0, &id.to_le_bytes()).expect("there is room");
     }
     assert_eq!(router.forget(NodeId(2)), 2);
     assert_eq!((router.buffered(), router.room(Channel::Request)), (1, 2));
-    while mesh.step(|| Fault::None) {}
-    assert_eq!(mesh.arrived, [0, 1, 0]);
+    while network.step(|| Fault::None) {}
+    assert_eq!(network.arrived, [0, 1, 0]);
+}
+
+#[test]
+fn what_is_held_leaves_when_it_is_released() {
+    let mesh = Mesh::new(Topology::parse("line", 2).expect("a shape that exists"));
+    let mut memory = Memory::new(&mesh, 3);
+    let mut network = Network::new(mesh, &mut memory, 2);
+    let router = &mut network.routers[0];
+    let mut send = |id: u32| {
+        let sent = router.inject(NodeId(1), Channel::Request, 0, &id.to_le_bytes());
+        sent.expect("there is room");
+        router.hold();
+    };
+    send(0);
+    send(1);
+    while network.step(|| Fault::None) {}
+    assert_eq!(network.arrived, [1, 0]);
+    network.routers[0].release();
+    while network.step(|| Fault::None) {}
+    assert_eq!(network.arrived, [1, 1]);
+}
+
+/// A packet that is lost, and an answer that is lost: the sender asks again, and then has all its credit.
+#[test]
+fn who_asks_for_credit_gets_it() {
+    let mesh = Mesh::new(Topology::parse("line", 2).expect("a shape that exists"));
+    let mut memory = Memory::new(&mesh, 1);
+    let mut network = Network::new(mesh, &mut memory, 2);
+    assert!(!network.routers[0].remind(), "all credit is here");
+    let send = |network: &mut Network<'_>, id: u32| {
+        let sent = network.routers[0].inject(NodeId(1), Channel::Request, 0, &id.to_le_bytes());
+        sent.expect("there is room");
+    };
+    send(&mut network, 0);
+    while network.step(|| Fault::Lose) {}
+    send(&mut network, 1);
+    assert!(!network.step(|| Fault::None), "there is no credit");
+    for lost in [0, 1] {
+        assert!(network.routers[0].remind());
+        let mut packets = 0;
+        while network.step(|| {
+            packets += 1;
+            if packets == 1 + lost { Fault::Lose } else { Fault::None }
+        }) {}
+        assert_eq!(network.arrived[1], 0);
+    }
+    assert!(network.routers[0].remind());
+    while network.step(|| Fault::None) {}
+    assert_eq!(network.arrived, [0, 1]);
+    assert!(!network.routers[0].remind(), "all credit is here again");
 }

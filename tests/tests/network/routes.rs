@@ -1,8 +1,8 @@
 //! Every route is shortest, and no set of routes can close a cycle of waiting buffers.
 
-use std::collections::VecDeque;
+use std::collections::{BTreeMap, VecDeque};
 
-use kiloray_core::network::{NodeId, Port, Topology};
+use kiloray_core::network::{HOST, Hop, Mesh, NodeId, Port, Topology};
 use petgraph::{algo::is_cyclic_directed, graphmap::DiGraphMap};
 
 /// Small meshes of every shape, with odd and even sizes, flat and single ones.
@@ -31,29 +31,45 @@ const SHAPES: &[(&str, u32)] = &[
     ("full", 9),
 ];
 
-fn shapes() -> impl Iterator<Item = (&'static str, Topology)> {
-    SHAPES.iter().map(|&(name, nodes)| (name, Topology::parse(name, nodes).unwrap()))
+fn shapes() -> impl Iterator<Item = (&'static str, Mesh)> {
+    SHAPES.iter().map(|&(name, nodes)| (name, Mesh::new(Topology::parse(name, nodes).unwrap())))
 }
 
-fn ids(topology: &Topology) -> impl Iterator<Item = NodeId> + use<> {
-    (0..topology.nodes()).map(NodeId)
+/// All nodes, and the host.
+fn places(mesh: &Mesh) -> impl Iterator<Item = NodeId> + use<> {
+    (0..mesh.nodes()).map(NodeId).chain([HOST])
 }
 
-fn neighbours(topology: &Topology, node: NodeId) -> impl Iterator<Item = (Port, NodeId)> {
-    (0..topology.ports()).map(Port).filter_map(move |p| Some((p, topology.neighbour(node, p)?)))
+fn neighbours(mesh: &Mesh, node: NodeId) -> impl Iterator<Item = (Port, NodeId)> {
+    (0..mesh.ports(node)).map(Port).filter_map(move |p| Some((p, mesh.neighbour(node, p)?)))
 }
 
-/// Steps from `from` to every node, by a search that knows only who is next to whom.
-fn distances(topology: &Topology, from: NodeId) -> Vec<Option<u16>> {
-    let mut found = vec![None; usize::from(topology.nodes())];
-    found[usize::from(from.0)] = Some(0);
+/// The steps of a route, each from its node.
+fn walk(mesh: &Mesh, from: NodeId, to: NodeId) -> Vec<(NodeId, Hop)> {
+    let mut here = from;
+    let mut steps = Vec::new();
+    while let Some(hop) = mesh.route(here, to) {
+        steps.push((here, hop));
+        here = mesh.neighbour(here, hop.port).expect("a route takes links");
+    }
+    assert_eq!(here, to);
+    steps
+}
+
+/// Steps from `from` to every place, by a search that knows only who is next to whom. The host passes nothing on.
+fn distances(mesh: &Mesh, from: NodeId) -> BTreeMap<NodeId, u16> {
+    let mut found = BTreeMap::from([(from, 0)]);
     let mut queue = VecDeque::from([from]);
     while let Some(node) = queue.pop_front() {
-        for (_, next) in neighbours(topology, node) {
-            if found[usize::from(next.0)].is_none() {
-                found[usize::from(next.0)] = found[usize::from(node.0)].map(|d| d + 1);
+        if node == HOST && from != HOST {
+            continue;
+        }
+        for (_, next) in neighbours(mesh, node) {
+            let distance = found[&node] + 1;
+            found.entry(next).or_insert_with(|| {
                 queue.push_back(next);
-            }
+                distance
+            });
         }
     }
     found
@@ -61,12 +77,12 @@ fn distances(topology: &Topology, from: NodeId) -> Vec<Option<u16>> {
 
 #[test]
 fn links_lead_both_ways() {
-    for (name, topology) in shapes() {
-        for node in ids(&topology) {
-            for (port, far) in neighbours(&topology, node) {
-                let back = topology.reverse(node, port).unwrap();
-                assert_eq!(topology.neighbour(far, back), Some(node), "{name} {node:?} {port:?}");
-                assert_eq!(topology.reverse(far, back), Some(port), "{name} {node:?} {port:?}");
+    for (name, mesh) in shapes() {
+        for node in places(&mesh) {
+            for (port, far) in neighbours(&mesh, node) {
+                let back = mesh.reverse(node, port).unwrap();
+                assert_eq!(mesh.neighbour(far, back), Some(node), "{name} {node:?} {port:?}");
+                assert_eq!(mesh.reverse(far, back), Some(port), "{name} {node:?} {port:?}");
             }
         }
     }
@@ -74,30 +90,44 @@ fn links_lead_both_ways() {
 
 #[test]
 fn routes_are_shortest() {
-    for (name, topology) in shapes() {
-        for from in ids(&topology) {
-            for (to, shortest) in ids(&topology).zip(distances(&topology, from)) {
-                assert_eq!(Some(topology.distance(from, to)), shortest, "{name} {from:?} {to:?}");
+    for (name, mesh) in shapes() {
+        for from in places(&mesh) {
+            for (to, shortest) in distances(&mesh, from) {
+                let steps = walk(&mesh, from, to).len();
+                assert_eq!(steps, usize::from(shortest), "{name} {from:?} {to:?}");
+                assert_eq!(mesh.distance(from, to), shortest, "{name} {from:?} {to:?}");
             }
+        }
+    }
+}
+
+#[test]
+fn the_host_is_attached_at_both_ends() {
+    for (name, mesh) in shapes() {
+        let farthest = (0..mesh.nodes()).map(|n| mesh.topology().distance(NodeId(0), NodeId(n)));
+        let [first, rest @ ..] = mesh.attached() else { panic!() };
+        assert_eq!(*first, NodeId(0), "{name}");
+        assert_eq!(rest.len(), usize::from(mesh.nodes() > 1), "{name}");
+        for far in rest {
+            assert_eq!(Some(mesh.topology().distance(*first, *far)), farthest.clone().max());
         }
     }
 }
 
 /// Dally & Seitz 1987, theorem 1: routes are free of deadlock if the graph of channels, with an arrow from each to
 /// the one that a packet may take next, has no cycle.
-fn channels(topology: &Topology, classes: bool) -> DiGraphMap<(u16, u16, u8), ()> {
+fn channels(mesh: &Mesh, classes: bool) -> DiGraphMap<(u16, u16, u8), ()> {
     let mut graph = DiGraphMap::new();
-    for from in ids(topology) {
-        for to in ids(topology) {
-            let (mut here, mut held) = (from, None);
-            while let Some(hop) = topology.route(here, to) {
-                assert!(hop.class < topology.classes());
+    for from in places(mesh) {
+        for to in places(mesh) {
+            let mut held = None;
+            for (here, hop) in walk(mesh, from, to) {
+                assert!(hop.class < mesh.classes());
                 let channel = (here.0, hop.port.0, if classes { hop.class } else { 0 });
                 graph.add_node(channel);
                 if let Some(held) = held.replace(channel) {
                     graph.add_edge(held, channel, ());
                 }
-                here = topology.neighbour(here, hop.port).unwrap();
             }
         }
     }
@@ -106,25 +136,28 @@ fn channels(topology: &Topology, classes: bool) -> DiGraphMap<(u16, u16, u8), ()
 
 #[test]
 fn no_cycle_of_channels() {
-    for (name, topology) in shapes() {
-        assert!(!is_cyclic_directed(&channels(&topology, true)), "{name}");
+    for (name, mesh) in shapes() {
+        assert!(!is_cyclic_directed(&channels(&mesh, true)), "{name}");
     }
 }
 
 #[test]
 fn without_classes_a_ring_has_a_cycle() {
-    let ring = Topology::parse("ring", 4).unwrap();
+    let ring = Mesh::new(Topology::parse("ring", 4).unwrap());
     assert!(is_cyclic_directed(&channels(&ring, false)));
 }
 
 #[test]
 fn what_does_not_exist_has_no_route() {
-    for (name, topology) in shapes() {
-        let outside = NodeId(topology.nodes());
-        assert_eq!(topology.route(NodeId(0), outside), None, "{name}");
-        assert_eq!(topology.route(outside, NodeId(0)), None, "{name}");
-        assert_eq!(topology.route(NodeId(0), NodeId(0)), None, "{name}");
-        assert_eq!(topology.neighbour(outside, Port(0)), None, "{name}");
-        assert_eq!(topology.neighbour(NodeId(0), Port(u16::MAX)), None, "{name}");
+    for (name, mesh) in shapes() {
+        let outside = NodeId(mesh.nodes());
+        for inside in [NodeId(0), HOST] {
+            assert_eq!(mesh.route(inside, outside), None, "{name}");
+            assert_eq!(mesh.route(outside, inside), None, "{name}");
+            assert_eq!(mesh.distance(inside, outside), 0, "{name}");
+            assert_eq!(mesh.route(inside, inside), None, "{name}");
+            assert_eq!(mesh.neighbour(inside, Port(u16::MAX)), None, "{name}");
+        }
+        assert_eq!(mesh.neighbour(outside, Port(0)), None, "{name}");
     }
 }

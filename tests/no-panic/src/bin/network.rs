@@ -4,7 +4,7 @@
 
 use core::hint::black_box;
 use kiloray_core::network::{
-    Channel, CreditReceiver, CreditSender, Fifo, Grid, NodeId, Port, PortState, Router,
+    Channel, CreditReceiver, CreditSender, Fifo, Grid, Mesh, NodeId, Port, PortState, Router,
     RouterMemory, RouterSize, Sequence, Slot, Topology,
 };
 use kiloray_no_panic::{any, any_bytes, any_room, entry, print};
@@ -23,6 +23,19 @@ fn topology(topology: &Topology) {
 }
 
 #[inline(never)]
+fn mesh(mesh: &Mesh) {
+    black_box((mesh.nodes(), mesh.classes(), mesh.ports(NodeId(any())), mesh.attached().len()));
+    black_box((
+        mesh.neighbour(NodeId(any()), Port(any())),
+        mesh.reverse(NodeId(any()), Port(any())),
+    ));
+    black_box((
+        mesh.route(NodeId(any()), NodeId(any())),
+        mesh.distance(NodeId(any()), NodeId(any())),
+    ));
+}
+
+#[inline(never)]
 fn credits() {
     let (mut sender, mut receiver) = (CreditSender::new(any()), CreditReceiver::new(any()));
     for _ in 0..any::<u32>() {
@@ -35,13 +48,13 @@ fn credits() {
 }
 
 #[inline(never)]
-fn router(topology: Topology, bytes: &mut [u8]) {
+fn router(mesh: Mesh, bytes: &mut [u8]) {
     let mut slots: [Slot; 32] = bytemuck::Zeroable::zeroed();
     let mut fifos = [Fifo::default(); 32];
     let mut ports: [PortState; 8] = bytemuck::Zeroable::zeroed();
     let memory = RouterMemory { slots: &mut slots, fifos: &mut fifos, ports: &mut ports, bytes };
     let size = RouterSize { ports: any(), classes: any(), depth: any(), payload: any() };
-    let Some(mut router) = Router::new(topology, NodeId(any()), size, memory) else { return };
+    let Some(mut router) = Router::new(mesh, NodeId(any()), size, memory) else { return };
     for _ in 0..any::<u32>() {
         for channel in Channel::ALL {
             black_box(router.inject(NodeId(any()), channel, any(), any_bytes()).is_ok());
@@ -51,16 +64,20 @@ fn router(topology: Topology, bytes: &mut [u8]) {
         black_box(router.receive(Port(any()), any_bytes(), |node| node.0 == any::<u16>()));
         black_box(router.transmit(Port(any()), any_room(&mut [0; 64])));
         black_box((router.forget(NodeId(any())), router.buffered()));
-        router.remind();
+        black_box((router.remind(), router.peak(Port(any()))));
+        router.hold();
+        router.release();
     }
 }
 
 entry!({
     topology(&Topology::Tree { nodes: any(), arity: any() });
     topology(&Topology::Full { nodes: any() });
-    router(Topology::Full { nodes: any() }, any_room(&mut [0; 512]));
+    mesh(&Mesh::new(Topology::Tree { nodes: any(), arity: any() }));
+    router(Mesh::new(Topology::Full { nodes: any() }), any_room(&mut [0; 512]));
     if let Some(grid) = Grid::new(any_room(&mut [1; 4]), any::<u8>() == 0) {
         topology(&Topology::Grid(grid));
+        mesh(&Mesh::new(Topology::Grid(grid)));
     }
     if let Ok(text) = core::str::from_utf8(any_bytes()) {
         match Topology::parse(text, any()) {

@@ -1,0 +1,93 @@
+use bytemuck::{Pod, Zeroable};
+
+use super::packet::{Channel, LANES};
+use super::port::PortState;
+use super::{Mesh, NodeId};
+
+/// How much a router is lent.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct RouterSize {
+    /// Ports of the node, used or not.
+    pub ports: u16,
+    /// Classes of the topology.
+    pub classes: u8,
+    /// Packets in each buffer queue: of each lane and port, and of each channel for the node's own.
+    pub depth: u16,
+    /// Greatest payload of a packet \[bytes\].
+    pub payload: u16,
+}
+
+impl RouterSize {
+    /// The size at a place of a mesh.
+    #[must_use]
+    pub fn new(mesh: &Mesh, here: NodeId, depth: u16, payload: u16) -> Self {
+        Self {
+            ports: mesh.ports(here),
+            classes: mesh.classes(),
+            depth: depth.clamp(1, 255),
+            payload,
+        }
+    }
+
+    /// Queues of packets: of the ports, and of the node itself.
+    #[must_use]
+    pub fn queues(&self) -> usize {
+        (usize::from(self.ports) + 1) * LANES
+    }
+
+    /// [`Slot`]s to lend.
+    #[must_use]
+    pub fn slots(&self) -> usize {
+        self.queues() * usize::from(self.depth)
+    }
+
+    /// Bytes to lend for payloads. Lanes of a class that the topology does not have take none.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        self.slots() / LANES * self.lanes_used() * usize::from(self.payload)
+    }
+
+    pub(super) fn lanes_used(&self) -> usize {
+        Channel::ALL.len() * usize::from(self.classes.clamp(1, 2))
+    }
+}
+
+/// A packet in a buffer; its payload lies apart.
+#[derive(Debug, Clone, Copy, Pod, Zeroable)]
+#[repr(C)]
+pub struct Slot {
+    pub(super) to: u16,
+    pub(super) from: u16,
+    pub(super) len: u16,
+    /// The port of its next hop; [`ARRIVED`] if it stays here.
+    pub(super) port: u16,
+    /// The class of its next hop.
+    pub(super) class: u8,
+    pub(super) priority: u8,
+}
+
+/// In [`Slot::port`]: no hop any more.
+pub(super) const ARRIVED: u16 = u16::MAX;
+
+/// A first-in first-out queue of slots.
+#[derive(Debug, Clone, Copy, Default, Pod, Zeroable)]
+#[repr(C)]
+pub struct Fifo {
+    pub(super) first: u8,
+    pub(super) len: u8,
+    /// Most that it ever held.
+    pub(super) peak: u8,
+}
+
+/// What a router is lent: slices of its [`RouterSize`], their content does not matter.
+#[derive(Debug)]
+pub struct RouterMemory<'a> {
+    /// [`RouterSize::slots`].
+    pub slots: &'a mut [Slot],
+    /// [`RouterSize::queues`].
+    pub fifos: &'a mut [Fifo],
+    /// [`RouterSize::ports`].
+    pub ports: &'a mut [PortState],
+    /// [`RouterSize::bytes`].
+    pub bytes: &'a mut [u8],
+}

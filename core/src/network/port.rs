@@ -1,0 +1,62 @@
+use bytemuck::{Pod, Zeroable};
+
+use super::packet::{LANES, PacketHeader};
+use super::{CreditReceiver, CreditSender, Sequence};
+
+/// The two directions of a link, by lane.
+#[derive(Debug, Clone, Copy, Pod, Zeroable)]
+#[repr(C)]
+pub struct PortState {
+    pub(super) senders: [CreditSender; LANES],
+    pub(super) receivers: [CreditReceiver; LANES],
+    /// The limits that the far end was last told.
+    told: [Sequence; LANES],
+    /// The queue after the one that was served last.
+    pub(super) turn: u16,
+    /// Why a control packet is to be sent: 0, [`TELL`] or [`ASK`].
+    pub(super) control: u8,
+    _zero: u8,
+}
+
+/// The far end has asked, or one that is new to it has been accounted for.
+pub(super) const TELL: u8 = 1;
+/// It is time to ask the far end for credit.
+pub(super) const ASK: u8 = 2;
+
+impl PortState {
+    pub(super) fn new(depth: u16) -> Self {
+        let receiver = CreditReceiver::new(depth);
+        Self {
+            senders: [CreditSender::new(depth); LANES],
+            receivers: [receiver; LANES],
+            told: [receiver.limit(); LANES],
+            turn: 0,
+            control: 0,
+            _zero: 0,
+        }
+    }
+
+    /// Whether the far end should hear of its credit: it has asked, or half of a lane's buffers are free that it takes for full.
+    /// It has credit left in the other case, so that none waits for ever.
+    pub(super) fn owes_credit(&self, depth: u16) -> bool {
+        let untold = |(receiver, told): (&CreditReceiver, &Sequence)| {
+            u16::try_from(receiver.limit().ahead_of(*told)).unwrap_or(0) >= depth.div_ceil(2)
+        };
+        self.control != 0 || self.receivers.iter().zip(&self.told).any(untold)
+    }
+
+    /// The header of the next packet, which tells all credit.
+    pub(super) fn header(&mut self, kind: u8) -> PacketHeader {
+        self.told = self.receivers.map(|receiver| receiver.limit());
+        PacketHeader {
+            kind,
+            lane: 0,
+            priority: 0,
+            _zero: 0,
+            to: 0,
+            from: 0,
+            limits: self.told.map(|limit| limit.0),
+            sent: self.senders.map(|sender| sender.probe().0),
+        }
+    }
+}
