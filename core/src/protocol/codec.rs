@@ -36,15 +36,15 @@ const AT_WORK: u8 = 11;
 /// Writes a message behind the first `len` bytes of `out`: the new length, or `None` if there is no room.
 #[must_use]
 pub fn write(out: &mut [u8], len: usize, message: &Message<'_>) -> Option<usize> {
-    let mut words = [0_u32; 3];
+    let mut words = [0_u32; 4];
     let (kind, fields, rest): (u8, &[u8], &[u8]) = match message {
         Message::Fetch { block } => (FETCH, words_of(&mut words, &[*block]), &[]),
         Message::Part { block, offset, bytes } => {
             (PART, words_of(&mut words, &[*block, *offset]), bytes)
         }
-        Message::Ask { count } => (ASK, words_of(&mut words, &[*count]), &[]),
-        Message::Grant { first, count, wait } => {
-            (GRANT, words_of(&mut words, &[*first, *count, *wait]), &[])
+        Message::Ask { number, count } => (ASK, words_of(&mut words, &[*number, *count]), &[]),
+        Message::Grant { number, first, count, wait } => {
+            (GRANT, words_of(&mut words, &[*number, *first, *count, *wait]), &[])
         }
         Message::Pixels { tile, first, sums } => {
             (PIXELS, words_of(&mut words, &[*tile, *first]), sums)
@@ -71,7 +71,7 @@ pub(crate) fn join(halves: [[u32; 2]; 3]) -> Sum {
     Sum(halves.map(|[low, high]| (u64::from(high) << 32 | u64::from(low)) as i64))
 }
 
-fn words_of<'w>(room: &'w mut [u32; 3], words: &[u32]) -> &'w [u8] {
+fn words_of<'w>(room: &'w mut [u32; 4], words: &[u32]) -> &'w [u8] {
     for (place, word) in room.iter_mut().zip(words) {
         *place = word.to_le();
     }
@@ -142,8 +142,13 @@ fn read<'a>(rest: &mut &'a [u8]) -> Option<Message<'a>> {
     let message = match item.kind {
         FETCH => Message::Fetch { block: word(body)? },
         PART => Message::Part { block: word(body)?, offset: word(body)?, bytes: all(body) },
-        ASK => Message::Ask { count: word(body)? },
-        GRANT => Message::Grant { first: word(body)?, count: word(body)?, wait: word(body)? },
+        ASK => Message::Ask { number: word(body)?, count: word(body)? },
+        GRANT => Message::Grant {
+            number: word(body)?,
+            first: word(body)?,
+            count: word(body)?,
+            wait: word(body)?,
+        },
         PIXELS => Message::Pixels { tile: word(body)?, first: word(body)?, sums: all(body) },
         ACCEPTED => Message::Accepted { tile: word(body)? },
         LOST => Message::Lost { block: word(body)? },

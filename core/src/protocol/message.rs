@@ -77,11 +77,16 @@ pub enum Message<'a> {
     },
     /// Asks a master for tiles.
     Ask {
+        /// How many grants this asker has had, none included: names this request, so that one that comes twice is answered the
+        /// same way twice.
+        number: u32,
         /// How many it can take.
         count: u32,
     },
     /// Tiles to render: a run of places in the picture's order of work.
     Grant {
+        /// The number of the request that it answers; another is not waited for.
+        number: u32,
         /// The first place.
         first: u32,
         /// How many; 0 for none now.
