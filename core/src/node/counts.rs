@@ -3,6 +3,7 @@ use crate::store::CacheCounts;
 
 /// What a node did so far.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Counts {
     /// Rays traced, and what was skipped.
     pub shade: shade::Counts,
@@ -46,6 +47,7 @@ pub struct Counts {
 
 /// Messages by kind.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Kinds {
     /// [`Message::Fetch`](crate::protocol::Message::Fetch).
     pub fetch: Kind,
@@ -63,6 +65,7 @@ pub struct Kinds {
 
 /// Messages of one kind.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Kind {
     /// How many.
     pub count: u64,

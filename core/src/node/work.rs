@@ -17,6 +17,7 @@ impl Time {
 
 /// Operations that a node has carried out: what a machine profile turns into time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Work {
     /// Tree nodes visited: eight box tests each.
     pub nodes: u64,

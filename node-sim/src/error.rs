@@ -1,0 +1,77 @@
+use kiloray_core::block::FileError;
+use kiloray_core::store::BudgetError;
+
+/// Why there is no picture.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// The picture has no pixels, or more than the memory of this machine can name.
+    #[error("a picture of {width} × {height} pixels cannot be made")]
+    Size {
+        /// Columns.
+        width: u32,
+        /// Rows.
+        height: u32,
+    },
+    /// The view shows nothing.
+    #[error("the view shows nothing: its size, direction or up vector makes no sense")]
+    View,
+    /// A node's memory is too small.
+    #[error("{0}")]
+    Budget(#[from] BudgetError),
+    /// A node's read-only memory is too small for its blocks.
+    #[error("{0}")]
+    File(#[from] FileError),
+    /// A packet holds no message.
+    #[error("packets of {packet} bytes are too small: at least {least} are needed")]
+    Packet {
+        /// What was asked for \[bytes\].
+        packet: u16,
+        /// The least \[bytes\].
+        least: u16,
+    },
+    /// A link that carries nothing.
+    #[error("a link without bandwidth carries nothing")]
+    Bandwidth,
+    /// A rate above 1, or of nothing.
+    #[error("a rate of {count} in {of} cannot be")]
+    Rate {
+        /// So many times.
+        count: u32,
+        /// In so many.
+        of: u32,
+    },
+    /// Every packet is lost.
+    #[error("when all packets are lost, no picture can be made")]
+    AllLost,
+    /// A fault is for a node that does not exist.
+    #[error("there is no node {node}: the mesh has nodes 0 to {last}")]
+    NoNode {
+        /// The node.
+        node: u16,
+        /// The last one.
+        last: u16,
+    },
+    /// A factor that is none.
+    #[error("node {node} cannot be slow by a factor of {factor}: it must be above 0")]
+    Factor {
+        /// The node.
+        node: u16,
+        /// The factor.
+        factor: f64,
+    },
+    /// Nobody is left to render.
+    #[error("all {nodes} nodes die: nobody is left to render")]
+    AllDie {
+        /// How many.
+        nodes: u16,
+    },
+    /// Nothing can happen any more, and the picture is not complete: a mistake of ours.
+    #[error("nothing moves at {virtual_ns} ns, with {missing} pixels missing")]
+    Stuck {
+        /// When \[ns\].
+        virtual_ns: u64,
+        /// Pixels that are not there.
+        missing: u64,
+    },
+}

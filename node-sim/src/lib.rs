@@ -1,0 +1,23 @@
+//! A mesh of nodes in virtual time.
+//!
+//! A run has the real node actor of [`kiloray_core::node`] in every node, joined by the real routers of
+//! [`kiloray_core::network`], over links with bandwidth, latency and faults. The operations that a node
+//! carries out become virtual time by a [`Profile`]. The same options give the same run, to the byte.
+#![forbid(unsafe_code)]
+
+mod error;
+mod options;
+mod outcome;
+#[expect(dead_code, reason = "the run that uses it follows")]
+mod profile;
+#[cfg_attr(not(test), expect(dead_code, reason = "the run that uses it follows"))]
+mod report;
+
+pub use error::Error;
+pub use options::{Control, Crash, Faults, Link, Options, Rate, Slow, Status, Switching};
+pub use outcome::Outcome;
+pub use profile::Profile;
+pub use report::{
+    CrashReport, FaultReport, Histogram, HistogramBucket, Latencies, LineReport, LinkReport,
+    MeshReport, MessageReport, NodeReport, NodeTime, Report, Sample, Timeline, Totals, TraceEvent,
+};

@@ -1,0 +1,120 @@
+//! What a run reports.
+
+mod histogram;
+mod link;
+mod node;
+mod timeline;
+
+pub use histogram::{Histogram, HistogramBucket, Latencies};
+pub use link::{LinkReport, MeshReport};
+pub use node::{LineReport, NodeReport, NodeTime};
+pub use timeline::{Sample, Timeline};
+
+use kiloray_core::node::{Counts, Work};
+use serde::Serialize;
+
+/// What a run reports.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Report {
+    /// The mesh.
+    pub mesh: MeshReport,
+    /// Name of the machine profile.
+    pub profile: &'static str,
+    /// From the first event to the last pixel \[ns\].
+    pub virtual_ns: u64,
+    /// Every node, by its number.
+    pub nodes: Vec<NodeReport>,
+    /// Every direction of every link, by the node it leaves, then by port; those of the host come last.
+    pub links: Vec<LinkReport>,
+    /// Messages by kind, in a fixed order.
+    pub messages: Vec<MessageReport>,
+    /// How the run went on.
+    pub timeline: Timeline,
+    /// How long things took.
+    pub latencies: Latencies,
+    /// What went wrong by request.
+    pub faults: FaultReport,
+    /// Sums over nodes and links.
+    pub totals: Totals,
+    /// What each node did when; empty unless asked for.
+    pub trace: Vec<TraceEvent>,
+    /// Events of the simulation.
+    pub events: u64,
+    /// A hash of all events: equal for equal runs, in hexadecimal.
+    pub fingerprint: String,
+}
+
+/// Messages of one kind.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub struct MessageReport {
+    /// What they are called: `fetch`, `part`, `tile`, `ray`, `answer`, `refusal`.
+    pub kind: &'static str,
+    /// How many the nodes sent.
+    pub sent: u64,
+    /// Their bytes, without packet headers.
+    pub sent_bytes: u64,
+    /// How many the nodes handled.
+    pub received: u64,
+    /// Their bytes, without packet headers.
+    pub received_bytes: u64,
+}
+
+/// What went wrong by request.
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize)]
+pub struct FaultReport {
+    /// Packets lost on links.
+    pub lost: u64,
+    /// Packets doubled on links.
+    pub doubled: u64,
+    /// Packets delayed on links.
+    pub delayed: u64,
+    /// Packets that arrived late or doubled, and were dropped by their number.
+    pub stale: u64,
+    /// Packets for a dead node, dropped.
+    pub for_the_dead: u64,
+    /// Nodes that died before the end, by time.
+    pub crashes: Vec<CrashReport>,
+}
+
+/// A node that died.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub struct CrashReport {
+    /// The node.
+    pub node: u16,
+    /// When \[ns\].
+    pub at_ns: u64,
+}
+
+/// Sums over nodes and links.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
+pub struct Totals {
+    /// What the nodes did; peaks are those of the node that had the greatest.
+    pub counts: Counts,
+    /// Operations.
+    pub work: Work,
+    /// Where the time of the nodes went.
+    pub time: NodeTime,
+    /// Packets on links, one for each hop; control packets not counted.
+    pub packets: u64,
+    /// Packets that bring credit only.
+    pub control_packets: u64,
+    /// Bytes on links, headers and control packets included.
+    pub link_bytes: u64,
+    /// Node and memory of the fullest node \[bytes\].
+    pub peak_node: u16,
+    /// The most memory that any node used \[bytes\].
+    pub peak_bytes: usize,
+}
+
+/// What a node did for a while.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub struct TraceEvent {
+    /// What: `trace`, `shade`, `clip`, `messages`, `checks`: what took most of it.
+    pub name: &'static str,
+    /// The node.
+    pub node: u16,
+    /// When it began \[ns\].
+    pub start_ns: u64,
+    /// How long it took \[ns\].
+    pub duration_ns: u64,
+}

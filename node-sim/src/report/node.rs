@@ -1,0 +1,134 @@
+use std::ops::AddAssign;
+
+use kiloray_core::node::{Counts, Work};
+use kiloray_core::store::LineBudget;
+use serde::Serialize;
+
+/// A node of a run.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct NodeReport {
+    /// Its number.
+    pub node: u16,
+    /// How many times longer its work took than the profile says.
+    pub slow: f64,
+    /// When it died \[ns\].
+    pub crashed_ns: Option<u64>,
+    /// Where its time went: the parts sum up to the run's virtual time.
+    pub time: NodeTime,
+    /// Steps of the actor.
+    pub steps: u64,
+    /// What it did.
+    pub counts: Counts,
+    /// Its operations.
+    pub work: Work,
+    /// Bytes that it was given.
+    pub memory: usize,
+    /// Bytes in use when each line was fullest: no less than were ever in use at once.
+    pub peak_bytes: usize,
+    /// The lines of its memory.
+    pub lines: Vec<LineReport>,
+    /// Blocks it owns, the replicated top included.
+    pub owned_blocks: u32,
+}
+
+/// Where the time of a node went \[ns\].
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+pub struct NodeTime {
+    /// Boxes and triangles, blocks entered, rays begun.
+    pub trace: u64,
+    /// Materials, lights, and the rays that follow.
+    pub shade: u64,
+    /// Bundles clipped against the tree.
+    pub clip: u64,
+    /// Messages read and written.
+    pub messages: u64,
+    /// Bytes copied.
+    pub copies: u64,
+    /// Arrived blocks checked.
+    pub checks: u64,
+    /// Idle, as blocks were awaited.
+    pub idle_data: u64,
+    /// Idle, as answers to rays were awaited.
+    pub idle_answers: u64,
+    /// Idle, as there was no room to send.
+    pub idle_credit: u64,
+    /// Idle without work.
+    pub idle_work: u64,
+    /// After its death.
+    pub dead: u64,
+}
+
+impl NodeTime {
+    /// At work.
+    #[must_use]
+    pub fn busy(&self) -> u64 {
+        self.trace + self.shade + self.clip + self.messages + self.copies + self.checks
+    }
+
+    /// Idle, for whatever reason.
+    #[must_use]
+    pub fn idle(&self) -> u64 {
+        self.idle_data + self.idle_answers + self.idle_credit + self.idle_work
+    }
+
+    /// All of it, by name.
+    #[must_use]
+    pub fn parts(&self) -> [(&'static str, u64); 11] {
+        [
+            ("trace", self.trace),
+            ("shade", self.shade),
+            ("clip", self.clip),
+            ("messages", self.messages),
+            ("copies", self.copies),
+            ("checks", self.checks),
+            ("idle_data", self.idle_data),
+            ("idle_answers", self.idle_answers),
+            ("idle_credit", self.idle_credit),
+            ("idle_work", self.idle_work),
+            ("dead", self.dead),
+        ]
+    }
+}
+
+impl AddAssign for NodeTime {
+    fn add_assign(&mut self, other: Self) {
+        self.trace += other.trace;
+        self.shade += other.shade;
+        self.clip += other.clip;
+        self.messages += other.messages;
+        self.copies += other.copies;
+        self.checks += other.checks;
+        self.idle_data += other.idle_data;
+        self.idle_answers += other.idle_answers;
+        self.idle_credit += other.idle_credit;
+        self.idle_work += other.idle_work;
+        self.dead += other.dead;
+    }
+}
+
+/// A line of a node's memory.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub struct LineReport {
+    /// What it is for.
+    pub name: &'static str,
+    /// Items it can hold.
+    pub capacity: usize,
+    /// Bytes it takes.
+    pub bytes: usize,
+    /// Most items it ever held.
+    pub peak: usize,
+    /// Their bytes.
+    pub peak_bytes: usize,
+}
+
+impl From<&LineBudget> for LineReport {
+    fn from(line: &LineBudget) -> Self {
+        Self {
+            name: line.line.name(),
+            capacity: line.capacity,
+            bytes: line.bytes,
+            peak: line.peak,
+            peak_bytes: line.peak_bytes(),
+        }
+    }
+}
