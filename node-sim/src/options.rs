@@ -44,6 +44,12 @@ pub struct Options {
     pub order: TaskOrder,
     /// Nodes for each sub-master; 0 for none: all ask the host.
     pub group: u16,
+    /// Refusals of a ray after which the node that sent it runs it itself.
+    pub refusals: u8,
+    /// Side of a tile \[pixels\]; `None` for what suits the picture, the mesh and the memory.
+    pub tile: Option<u16>,
+    /// The blocks that a node owns take part of its memory too.
+    pub owned_in_arena: bool,
     /// Most events of a trace to keep, the first ones; 0 for no trace.
     pub trace: usize,
 }
@@ -70,6 +76,9 @@ impl Options {
             prefetch: Prefetch::All,
             order: TaskOrder::Ready,
             group: 0,
+            refusals: 3,
+            tile: None,
+            owned_in_arena: false,
             trace: 0,
         }
     }
