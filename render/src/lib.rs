@@ -4,12 +4,15 @@
 //! [`Options::memory`], as a single node in an arena of that size, which fetches blocks from the file. The
 //! pixels are the same, to the bit.
 //!
+//! [`Ledger`] is the host of a mesh: it gives out the tiles of a picture and puts it together, over whatever network there is.
+//!
 //! It is a crate of its own since it is all that knows threads: the command, the tests and the benchmarks use it,
 //! `kiloray-core` must not and `kiloray-simd` need not know it.
 
 mod error;
 mod job;
 mod mapped;
+mod mesh;
 mod node;
 mod options;
 mod picture;
@@ -19,5 +22,6 @@ mod tests;
 
 pub use error::Error;
 pub use job::{Control, Rendered, Report, plan, render};
+pub use mesh::{Ledger, LedgerCounts};
 pub use options::{Lanes, Options};
 pub use picture::Picture;

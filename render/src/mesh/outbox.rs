@@ -1,0 +1,52 @@
+use kiloray_core::network::{Channel, NodeId, Router};
+use kiloray_core::protocol::{Message, write};
+use std::collections::VecDeque;
+
+/// Replies to one packet that have not left yet.
+#[derive(Debug, Default)]
+pub(super) struct Outbox {
+    packets: VecDeque<Packet>,
+}
+
+#[derive(Debug)]
+struct Packet {
+    to: NodeId,
+    priority: u8,
+    payload: Vec<u8>,
+}
+
+/// Room for any reply of the host.
+const REPLY_MAX: usize = 32;
+
+impl Outbox {
+    /// Adds a reply behind the others, in packets of at most `room` bytes where more than one is in a packet.
+    pub(super) fn push(&mut self, to: NodeId, message: &Message<'_>, room: usize) {
+        let mut bytes = [0; REPLY_MAX];
+        let Some(reply) = write(&mut bytes, 0, message).and_then(|len| bytes.get(..len)) else {
+            return;
+        };
+        let priority = message.priority();
+        match self.packets.back_mut() {
+            Some(last)
+                if (last.to, last.priority) == (to, priority)
+                    && last.payload.len() + reply.len() <= room =>
+            {
+                last.payload.extend_from_slice(reply);
+            }
+            _ => self.packets.push_back(Packet { to, priority, payload: reply.to_vec() }),
+        }
+    }
+
+    /// Sends what the router takes: whether that is all.
+    pub(super) fn send(&mut self, router: &mut Router<'_>) -> bool {
+        while let Some(Packet { to, priority, payload }) = self.packets.front() {
+            // What is refused though there is room is for a node that does not exist: nobody waits for it.
+            let refused = router.inject(*to, Channel::Reply, *priority, payload).is_err();
+            if refused && router.room(Channel::Reply) == 0 {
+                return false;
+            }
+            let _ = self.packets.pop_front();
+        }
+        true
+    }
+}
