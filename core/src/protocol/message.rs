@@ -77,7 +77,7 @@ pub enum Message<'a> {
     },
     /// Asks a master for tiles.
     Ask {
-        /// How many grants this asker has had, none included: names this request, so that one that comes twice is answered the
+        /// How many grants this asker has had, those of no tile included: names this request, so that one that comes twice is answered the
         /// same way twice.
         number: u32,
         /// How many it can take.

@@ -1,6 +1,6 @@
 //! Toy nodes and a network that loses, doubles, delays and lets messages overtake each other; time is virtual.
 
-use super::Ledger;
+use crate::Ledger;
 use kiloray_core::network::NodeId;
 use kiloray_core::node::Time;
 use kiloray_core::protocol::{Items, Message, write};
