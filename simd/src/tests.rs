@@ -4,7 +4,9 @@
 #[path = "../../core/src/trace/tests/mod.rs"]
 mod shared;
 
-use shared::{agree, bundles, frames};
+use kiloray_core::trace::Scalar;
+use proptest::prelude::*;
+use shared::{agree, bundles, frames, trails};
 
 #[test]
 fn every_layout_gives_the_hits_of_brute_force() {
@@ -33,4 +35,27 @@ fn slots_enclose_the_intervals_of_own_boxes() {
 #[test]
 fn bundles_find_the_hits_of_single_rays() {
     bundles::agree(crate::Auto::detect());
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(64))]
+
+    #[test]
+    fn parked_rays_find_what_others_find(case in trails::cases()) {
+        trails::agree(&case, crate::Auto::detect(), crate::Auto::detect());
+    }
+
+    #[test]
+    fn parked_rays_go_on_with_other_lanes(case in trails::cases()) {
+        trails::agree(&case, crate::Auto::detect(), Scalar);
+    }
+
+    #[test]
+    fn any_bytes_are_a_harmless_trail(
+        case in trails::cases(),
+        damage in prop::collection::vec((0_usize..20, any::<u8>()), 0..6),
+        bytes in any::<[u8; 20]>(),
+    ) {
+        trails::hostile(&case, &damage, bytes, crate::Auto::detect());
+    }
 }

@@ -4,15 +4,17 @@
 //! asked for in advance, was measured a third slower on a PC with AVX2: the state of a single ray stays in registers.)
 
 use super::code::{EMPTY, INDEX, is_leaf, is_node, is_ref};
-use super::cursor::{Cursor, Levels, Place, Run, TraceError};
+use super::cursor::{Cursor, Levels, Place, TraceError};
 use super::lanes::Lanes;
 use super::leaf::leaf;
 use super::octant::{Octants, first_octants};
-use super::query::{AnyInto, ClosestInto, Query};
+use super::query::Queries;
+use super::tracer::Search;
+use super::trail::Trail;
 use super::visit::{take, visit};
-use super::walk::{any, closest};
+use super::walk::walk;
 use crate::block::{BlockSource, NO_HEADER};
-use crate::geometry::{Hit, PreparedRay, Ray};
+use crate::geometry::{PreparedRay, Ray};
 
 /// How many rays are in flight.
 pub const FLIGHTS: usize = 8;
@@ -38,86 +40,28 @@ impl Batch {
     }
 }
 
-/// The closest hits of many rays, `hits[i]` that of `rays[i]`. The shorter slice counts.
-///
-/// # Errors
-/// [`TraceError`]: the hits are then incomplete, and the batch begins anew.
-#[inline(always)]
-pub fn closest_batch<L: Lanes, S: BlockSource>(
-    lanes: L,
-    room: &mut Batch,
-    source: &mut S,
-    rays: &[Ray],
-    hits: &mut [Option<Hit>],
-) -> Result<(), TraceError<S::Error>> {
-    if source.holds_all() {
-        for (ray, hit) in rays.iter().zip(hits) {
-            *hit = closest(lanes, &mut room.single, source, ray)?;
-        }
-        return Ok(());
-    }
-    hits.iter_mut().for_each(|hit| *hit = None);
-    let rays = rays.get(..hits.len()).unwrap_or(rays);
-    fly(lanes, room, source, rays, &mut ClosestOf(hits))
+/// A search of many rays.
+pub(super) struct Many<'a, S, A: ?Sized> {
+    pub(super) room: &'a mut Batch,
+    pub(super) source: &'a mut S,
+    pub(super) rays: &'a [Ray],
+    pub(super) queries: &'a mut A,
 }
 
-/// Whether each of many rays hits anything. The shorter slice counts.
-///
-/// # Errors
-/// As [`closest_batch`].
-#[inline(always)]
-pub fn any_batch<L: Lanes, S: BlockSource>(
-    lanes: L,
-    room: &mut Batch,
-    source: &mut S,
-    rays: &[Ray],
-    hits: &mut [bool],
-) -> Result<(), TraceError<S::Error>> {
-    if source.holds_all() {
-        for (ray, hit) in rays.iter().zip(hits) {
-            *hit = any(lanes, &mut room.single, source, ray)?;
-        }
-        return Ok(());
-    }
-    hits.fill(false);
-    let rays = rays.get(..hits.len()).unwrap_or(rays);
-    fly(lanes, room, source, rays, &mut AnyOf(hits))
-}
-
-/// The answers of a batch, by ray.
-pub(super) trait Answers {
-    type Query<'a>: Query
-    where
-        Self: 'a;
-
-    fn query(&mut self, ray: usize) -> Option<Self::Query<'_>>;
-}
-
-pub(super) struct ClosestOf<'h>(pub(super) &'h mut [Option<Hit>]);
-
-impl Answers for ClosestOf<'_> {
-    type Query<'a>
-        = ClosestInto<'a>
-    where
-        Self: 'a;
+impl<S: BlockSource, A: Queries + ?Sized> Search for Many<'_, S, A> {
+    type Answer = Result<(), TraceError<S::Error>>;
 
     #[inline(always)]
-    fn query(&mut self, ray: usize) -> Option<ClosestInto<'_>> {
-        self.0.get_mut(ray).map(ClosestInto)
-    }
-}
-
-pub(super) struct AnyOf<'h>(pub(super) &'h mut [bool]);
-
-impl Answers for AnyOf<'_> {
-    type Query<'a>
-        = AnyInto<'a>
-    where
-        Self: 'a;
-
-    #[inline(always)]
-    fn query(&mut self, ray: usize) -> Option<AnyInto<'_>> {
-        self.0.get_mut(ray).map(AnyInto)
+    fn run<L: Lanes>(self, lanes: L) -> Self::Answer {
+        let Self { room, source, rays, queries } = self;
+        if !source.holds_all() {
+            return fly(lanes, room, source, rays, queries);
+        }
+        for (i, ray) in rays.iter().enumerate() {
+            let Some(mut query) = queries.query(i) else { break };
+            walk(lanes, &mut room.single, source, ray, &Trail::START, &mut query)?;
+        }
+        Ok(())
     }
 }
 
@@ -144,12 +88,12 @@ enum Step {
 }
 
 #[inline(always)]
-fn fly<L: Lanes, S: BlockSource, A: Answers>(
+fn fly<L: Lanes, S: BlockSource, A: Queries + ?Sized>(
     lanes: L,
     room: &mut Batch,
     source: &mut S,
     rays: &[Ray],
-    answers: &mut A,
+    queries: &mut A,
 ) -> Result<(), TraceError<S::Error>> {
     let mut queue = rays.iter().enumerate();
     let none = PreparedRay::NONE;
@@ -174,7 +118,7 @@ fn fly<L: Lanes, S: BlockSource, A: Answers>(
         let block = flights.iter().find(|f| f.flying).map_or(0, |f| f.at.block);
         for (flight, levels) in flights.iter_mut().zip(&mut room.levels) {
             while flight.flying && flight.at.block == block {
-                match step(lanes, source, flight, levels, answers)? {
+                match step(lanes, source, flight, levels, queries)? {
                     Step::Going => {}
                     Step::Landed => {
                         flying -= usize::from(!launch(lanes, flight, levels, &mut queue));
@@ -198,14 +142,14 @@ fn launch<'r, L: Lanes>(
     queue: &mut impl Iterator<Item = (usize, &'r Ray)>,
 ) -> bool {
     for (index, ray) in queue {
-        let Run { ray, at } = Run::new(ray);
+        let ray = PreparedRay::new(ray);
         if ray.is_none() {
             continue;
         }
         levels.live = 0;
         flight.flying = true;
         flight.index = index;
-        flight.at = at;
+        flight.at = Place::ROOT;
         flight.octants = first_octants(&ray);
         flight.prepared = lanes.ray(&ray);
         flight.ray = ray;
@@ -218,12 +162,12 @@ fn launch<'r, L: Lanes>(
 
 /// One visit: of a node, a leaf or a reference.
 #[inline(always)]
-fn step<L: Lanes, S: BlockSource, A: Answers>(
+fn step<L: Lanes, S: BlockSource, A: Queries + ?Sized>(
     lanes: L,
     source: &mut S,
     flight: &mut Flight<L>,
     levels: &mut Levels,
-    answers: &mut A,
+    queries: &mut A,
 ) -> Result<Step, TraceError<S::Error>> {
     let view = source.block(flight.at.block).map_err(TraceError::Source)?;
     let at = &mut flight.at;
@@ -241,7 +185,7 @@ fn step<L: Lanes, S: BlockSource, A: Answers>(
         next = visit(lanes, &flight.frame, node, at, levels, &flight.ray, flight.octants);
         at.depth += 1;
     } else if is_leaf(child) {
-        let Some(mut query) = answers.query(flight.index) else { return Ok(Step::Corrupt) };
+        let Some(mut query) = queries.query(flight.index) else { return Ok(Step::Corrupt) };
         if leaf(lanes, &view, child, &flight.prepared, &mut flight.ray, &mut query) {
             return Ok(Step::Landed);
         }
@@ -255,8 +199,6 @@ fn step<L: Lanes, S: BlockSource, A: Answers>(
         return Ok(Step::Going);
     }
     let Some(taken) = take(levels, flight.ray.t_max) else { return Ok(Step::Landed) };
-    at.depth = taken.depth;
-    at.child = taken.child;
-    at.block = taken.block;
+    at.follow(&taken);
     Ok(Step::Going)
 }

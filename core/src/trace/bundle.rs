@@ -1,15 +1,17 @@
 //! Bundles of up to 64 coherent rays, which visit nodes together.
 
-use super::batch::{AnyOf, ClosestOf};
 use super::beam::Beam;
 use super::cursor::{Cursor, TraceError};
 use super::frame::BoxRay;
 use super::group::{GROUP, Group};
 use super::lanes::Lanes;
+use super::query::Queries;
 use super::together::{Stack, together};
-use super::walk::{any, closest};
+use super::tracer::Search;
+use super::trail::Trail;
+use super::walk::walk;
 use crate::block::BlockSource;
-use crate::geometry::{Hit, PreparedRay, Ray};
+use crate::geometry::{PreparedRay, Ray};
 
 /// Rays of a bundle.
 pub const BUNDLE: usize = GROUP * GROUPS;
@@ -72,69 +74,33 @@ impl Bundle {
     }
 }
 
-/// The closest hits of coherent rays, `hits[i]` that of `rays[i]`, in bundles of [`BUNDLE`]: neighbours should be together, eight by eight. The shorter
-/// slice counts. What is not coherent, or not all at hand, is traced ray by ray.
-///
-/// # Errors
-/// [`TraceError`]: the hits are then incomplete, and the bundle begins anew.
-#[inline(always)]
-pub fn closest_bundle<L: Lanes, S: BlockSource>(
-    lanes: L,
-    room: &mut Bundle,
-    source: &mut S,
-    rays: &[Ray],
-    hits: &mut [Option<Hit>],
-) -> Result<(), TraceError<S::Error>> {
-    for (rays, hits) in rays.chunks(BUNDLE).zip(hits.chunks_mut(BUNDLE)) {
-        let count = rays.len().min(hits.len());
-        let (rays, hits) =
-            (rays.get(..count).unwrap_or(rays), hits.get_mut(..count).unwrap_or_default());
-        hits.iter_mut().for_each(|hit| *hit = None);
-        let mut left = room.rays.prepare(rays, source.holds_all());
-        while room.rays.coherent(&mut left) {
-            together(lanes, &mut room.rays, &mut room.stack, source, &mut ClosestOf(hits))?;
-        }
-        while left.alone != 0 {
-            let i = left.alone.trailing_zeros() as usize;
-            left.alone &= left.alone - 1;
-            if let (Some(ray), Some(hit)) = (rays.get(i), hits.get_mut(i)) {
-                *hit = closest(lanes, &mut room.single, source, ray)?;
-            }
-        }
-    }
-    Ok(())
+/// A search of at most [`BUNDLE`] rays, as many together as are coherent.
+pub(super) struct Together<'a, S, A: ?Sized> {
+    pub(super) room: &'a mut Bundle,
+    pub(super) source: &'a mut S,
+    pub(super) rays: &'a [Ray],
+    pub(super) queries: &'a mut A,
 }
 
-/// Whether each of many coherent rays hits anything, as [`closest_bundle`].
-///
-/// # Errors
-/// As [`closest_bundle`].
-#[inline(always)]
-pub fn any_bundle<L: Lanes, S: BlockSource>(
-    lanes: L,
-    room: &mut Bundle,
-    source: &mut S,
-    rays: &[Ray],
-    hits: &mut [bool],
-) -> Result<(), TraceError<S::Error>> {
-    for (rays, hits) in rays.chunks(BUNDLE).zip(hits.chunks_mut(BUNDLE)) {
-        let count = rays.len().min(hits.len());
-        let (rays, hits) =
-            (rays.get(..count).unwrap_or(rays), hits.get_mut(..count).unwrap_or_default());
-        hits.fill(false);
+impl<S: BlockSource, A: Queries + ?Sized> Search for Together<'_, S, A> {
+    type Answer = Result<(), TraceError<S::Error>>;
+
+    #[inline(always)]
+    fn run<L: Lanes>(self, lanes: L) -> Self::Answer {
+        let Self { room, source, rays, queries } = self;
         let mut left = room.rays.prepare(rays, source.holds_all());
         while room.rays.coherent(&mut left) {
-            together(lanes, &mut room.rays, &mut room.stack, source, &mut AnyOf(hits))?;
+            together(lanes, &mut room.rays, &mut room.stack, source, queries)?;
         }
         while left.alone != 0 {
             let i = left.alone.trailing_zeros() as usize;
             left.alone &= left.alone - 1;
-            if let (Some(ray), Some(hit)) = (rays.get(i), hits.get_mut(i)) {
-                *hit = any(lanes, &mut room.single, source, ray)?;
+            if let (Some(ray), Some(mut query)) = (rays.get(i), queries.query(i)) {
+                walk(lanes, &mut room.single, source, ray, &Trail::START, &mut query)?;
             }
         }
+        Ok(())
     }
-    Ok(())
 }
 
 /// Rays that are not in a bundle yet, a bit each.

@@ -1,27 +1,33 @@
 use core::fmt;
 
 use super::code::INDEX;
+use super::octant::ordered;
+use super::trail::Trail;
+use super::visit::Taken;
 use crate::block::format::{DEPTH_MAX, Ref};
-use crate::geometry::{Hit, PreparedRay, Ray};
+use crate::geometry::Hit;
 
 /// The whole state of a traversal: where it is, what is still to be visited, and the best hit so far.
 ///
 /// About 2 KiB, of which a traversal touches a part as deep as it goes. One is made once and used for ray after ray.
-/// A traversal that was stopped by its source goes on from its cursor.
+/// When its source stops a traversal, the cursor has the [`Trail`] by which it goes on, with this cursor or with any other.
 #[derive(Debug, Clone)]
 pub struct Cursor {
-    /// As it was when the source stopped it.
-    pub(super) run: Run,
-    /// As it was when the source stopped it.
+    pub(super) trail: Trail,
     pub(super) best: Option<Hit>,
+    pub(super) visited: Visited,
     pub(super) levels: Levels,
 }
 
-/// What a traversal keeps in registers as far as it can.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Run {
-    pub(super) ray: PreparedRay,
-    pub(super) at: Place,
+/// What was visited: what a machine profile turns into time.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Visited {
+    /// Nodes: eight boxes each.
+    pub nodes: u64,
+    /// Groups of up to four primitives: the records of leaves.
+    pub leaves: u64,
+    /// Blocks entered.
+    pub blocks: u64,
 }
 
 /// Where a traversal goes next.
@@ -33,7 +39,7 @@ pub(super) struct Place {
     pub(super) child: u16,
     /// The level of that child.
     pub(super) depth: u8,
-    /// Nodes that it may still visit.
+    /// Nodes that it may still visit, of [`STEPS_MAX`].
     pub(super) steps: u32,
 }
 
@@ -53,6 +59,22 @@ impl Place {
     pub(super) fn enter(&mut self, to: Ref) {
         self.block = to.block;
         self.child = to.node & INDEX;
+    }
+
+    /// Goes to a child that was left. `true`: it lies in another block.
+    #[inline(always)]
+    pub(super) fn follow(&mut self, to: &Taken) -> bool {
+        self.child = to.child;
+        self.depth = to.depth;
+        let other = self.block != to.block;
+        self.block = to.block;
+        other
+    }
+
+    /// Goes back to the root.
+    #[inline(always)]
+    pub(super) fn leave(&mut self) {
+        *self = Self { steps: self.steps, ..Self::ROOT };
     }
 }
 
@@ -76,7 +98,7 @@ pub(super) struct Level {
     pub(super) block: u32,
     /// Slot `k ^ flip` is visited `k`th.
     pub(super) flip: u8,
-    /// Bit `k`: still to be visited.
+    /// The lowest bit `k`: it was taken; the others: still to be visited.
     pub(super) pending: u8,
     pub(super) _zero: [u8; 10],
 }
@@ -88,14 +110,14 @@ const _: () = {
 
 /// More nodes than this no ray visits in a tree that makes sense: 2²⁴. It bounds the time on a file
 /// whose blocks refer to the same nodes again and again.
-const STEPS_MAX: u32 = 1 << 24;
+pub(super) const STEPS_MAX: u32 = 1 << 24;
 
 /// Why a traversal stopped before its end.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum TraceError<E> {
-    /// The source did not give a block. The traversal can be resumed.
+    /// The source did not give a block. The traversal can go on by its [`Trail`].
     Source(E),
-    /// A block refers to a node that is not there, or the tree is too deep or too large.
+    /// A block refers to a node that is not there, the tree is too deep or too large, or the trail is none of this tree.
     Corrupt {
         /// The block where it was found.
         block: u32,
@@ -113,32 +135,55 @@ impl Cursor {
     #[must_use]
     pub const fn new() -> Self {
         Self {
-            run: Run { ray: PreparedRay::NONE, at: Place::ROOT },
+            trail: Trail::START,
             best: None,
+            visited: Visited { nodes: 0, leaves: 0, blocks: 0 },
             levels: Levels::new(),
         }
     }
 
-    /// Keeps what is needed to go on.
-    #[cold]
-    #[inline(never)]
-    pub(super) fn stop(&mut self, run: Run, best: Option<Hit>) {
-        self.run = run;
-        self.best = best;
+    /// Where to go on, after the source has stopped the traversal.
+    #[must_use]
+    pub const fn trail(&self) -> Trail {
+        self.trail
     }
 
-    /// The block that the traversal needs next.
+    /// The closest hit so far, after the source has stopped the search for it.
     #[must_use]
-    pub fn block(&self) -> u32 {
-        self.run.at.block
+    pub const fn best(&self) -> Option<Hit> {
+        self.best
+    }
+
+    /// What was visited since the cursor was made, or [`Cursor::take_visited`] was called.
+    #[must_use]
+    pub const fn visited(&self) -> Visited {
+        self.visited
+    }
+
+    /// What was visited; counts from zero again.
+    pub fn take_visited(&mut self) -> Visited {
+        core::mem::take(&mut self.visited)
+    }
+
+    /// Keeps where to go on.
+    #[cold]
+    #[inline(never)]
+    pub(super) fn stop(&mut self, at: &Place, collapsed: u32, t_max: f32) {
+        self.trail = Trail::new(at, &self.levels, collapsed | self.levels.reached(t_max));
     }
 }
 
-impl Run {
-    /// Begins a ray, at the root.
+impl Level {
+    /// Which octant was taken, by its place in the order.
     #[inline(always)]
-    pub(super) fn new(ray: &Ray) -> Self {
-        Self { ray: PreparedRay::new(ray), at: Place::ROOT }
+    pub(super) const fn taken(&self) -> u32 {
+        self.pending.trailing_zeros() & 7
+    }
+
+    /// Whether the ray may still reach a child that is left.
+    fn is_reached(&self, t_max: f32) -> bool {
+        let left = ordered(u32::from(self.pending & self.pending.wrapping_sub(1)), self.flip);
+        self.near.iter().zip(0..).any(|(&near, slot)| left >> slot & 1 == 1 && near <= t_max)
     }
 }
 
@@ -156,6 +201,13 @@ impl Levels {
         const { assert!(DEPTH_MAX == 32) };
         &mut self.level[(depth & 31) as usize]
     }
+
+    /// The live levels with children that the ray may still reach.
+    fn reached(&self, t_max: f32) -> u32 {
+        let levels = self.level.iter().zip(0..);
+        let reached = levels.filter(|(level, _)| level.is_reached(t_max));
+        reached.fold(0, |reached, (_, depth)| reached | 1 << depth) & self.live
+    }
 }
 
 impl<E: fmt::Display> fmt::Display for TraceError<E> {
@@ -165,7 +217,7 @@ impl<E: fmt::Display> fmt::Display for TraceError<E> {
             Self::Corrupt { block } => {
                 write!(
                     f,
-                    "block {block} refers to a node that is not there, or the tree is too deep"
+                    "block {block} refers to a node that is not there, the tree is too deep, or the ray's trail is of another"
                 )
             }
         }

@@ -1,59 +1,30 @@
-//! What is asked of a ray.
+//! What is asked of rays.
 
 use crate::geometry::{Hit, PreparedRay};
 
 /// What is done with each hit.
 pub(super) trait Query {
+    /// Makes the ray no longer than it needs to be.
+    #[inline(always)]
+    fn begin(&self, _: &mut PreparedRay) {}
+
     /// Takes a hit at `t`, which the ray accepts. `hit` makes the whole of it. `true` ends the traversal.
     fn hit(&mut self, ray: &mut PreparedRay, t: f32, hit: impl FnOnce() -> Hit) -> bool;
 }
 
 /// The closest hit: the ray ends at the best so far.
-pub(super) struct Closest {
-    pub(super) best: Option<Hit>,
-}
+pub(super) struct Closest<'a>(pub(super) &'a mut Option<Hit>);
 
-impl Query for Closest {
+impl Query for Closest<'_> {
     #[inline(always)]
-    fn hit(&mut self, ray: &mut PreparedRay, t: f32, hit: impl FnOnce() -> Hit) -> bool {
-        let hit = hit();
-        if self.best.as_ref().is_none_or(|best| hit.is_closer_than(best)) {
-            self.best = Some(hit);
-            ray.t_max = t;
+    fn begin(&self, ray: &mut PreparedRay) {
+        if let Some(best) = &self.0
+            && best.t < ray.t_max
+        {
+            ray.t_max = best.t;
         }
-        false
     }
-}
 
-/// Any hit ends it.
-pub(super) struct Any {
-    pub(super) found: bool,
-}
-
-impl Query for Any {
-    #[inline(always)]
-    fn hit(&mut self, _: &mut PreparedRay, _: f32, _: impl FnOnce() -> Hit) -> bool {
-        self.found = true;
-        true
-    }
-}
-
-/// Every hit is shown to a visitor, which may end it.
-pub(super) struct Every<F> {
-    pub(super) visit: F,
-}
-
-impl<F: FnMut(&Hit) -> bool> Query for Every<F> {
-    #[inline(always)]
-    fn hit(&mut self, _: &mut PreparedRay, _: f32, hit: impl FnOnce() -> Hit) -> bool {
-        (self.visit)(&hit())
-    }
-}
-
-/// As [`Closest`], in a place of the caller's.
-pub(super) struct ClosestInto<'a>(pub(super) &'a mut Option<Hit>);
-
-impl Query for ClosestInto<'_> {
     #[inline(always)]
     fn hit(&mut self, ray: &mut PreparedRay, t: f32, hit: impl FnOnce() -> Hit) -> bool {
         let hit = hit();
@@ -65,13 +36,50 @@ impl Query for ClosestInto<'_> {
     }
 }
 
-/// As [`Any`], in a place of the caller's.
-pub(super) struct AnyInto<'a>(pub(super) &'a mut bool);
+/// Any hit ends it.
+pub(super) struct Any<'a>(pub(super) &'a mut bool);
 
-impl Query for AnyInto<'_> {
+impl Query for Any<'_> {
     #[inline(always)]
     fn hit(&mut self, _: &mut PreparedRay, _: f32, _: impl FnOnce() -> Hit) -> bool {
         *self.0 = true;
         true
+    }
+}
+
+/// Every hit is shown to a visitor, which may end it.
+pub(super) struct Every<F>(pub(super) F);
+
+impl<F: FnMut(&Hit) -> bool> Query for Every<F> {
+    #[inline(always)]
+    fn hit(&mut self, _: &mut PreparedRay, _: f32, hit: impl FnOnce() -> Hit) -> bool {
+        (self.0)(&hit())
+    }
+}
+
+/// The queries of many rays, by ray.
+pub(super) trait Queries {
+    type Query<'a>: Query
+    where
+        Self: 'a;
+
+    fn query(&mut self, ray: usize) -> Option<Self::Query<'_>>;
+}
+
+impl Queries for [Option<Hit>] {
+    type Query<'a> = Closest<'a>;
+
+    #[inline(always)]
+    fn query(&mut self, ray: usize) -> Option<Closest<'_>> {
+        self.get_mut(ray).map(Closest)
+    }
+}
+
+impl Queries for [bool] {
+    type Query<'a> = Any<'a>;
+
+    #[inline(always)]
+    fn query(&mut self, ray: usize) -> Option<Any<'_>> {
+        self.get_mut(ray).map(Any)
     }
 }

@@ -1,6 +1,5 @@
 //! The traversal of a bundle.
 
-use super::batch::Answers;
 use super::beam::Planes;
 use super::bundle::{GROUPS, Rays};
 use super::code::{EMPTY, INDEX, is_leaf, is_node, is_ref, records};
@@ -9,7 +8,7 @@ use super::group::{Corners, Crossings, GROUP, Sides};
 use super::lanes::Lanes;
 use super::leaf::{normals, spheres, triangle};
 use super::octant::{first_octants, ordered};
-use super::query::Query;
+use super::query::{Queries, Query};
 use crate::block::format::{DEPTH_MAX, RECORD_SPHERES, Record};
 use crate::block::{BlockSource, BlockView};
 use crate::geometry::{Hit, PreparedRay, Primitive};
@@ -57,12 +56,12 @@ type Mask = [u8; GROUPS];
 
 /// Finds the hits of a bundle.
 #[inline(always)]
-pub(super) fn together<L: Lanes, S: BlockSource, A: Answers>(
+pub(super) fn together<L: Lanes, S: BlockSource, A: Queries + ?Sized>(
     lanes: L,
     rays: &mut Rays,
     stack: &mut Stack,
     source: &mut S,
-    answers: &mut A,
+    queries: &mut A,
 ) -> Result<(), TraceError<S::Error>> {
     let none = PreparedRay::NONE;
     let [first, ..] = &rays.order;
@@ -146,7 +145,7 @@ pub(super) fn together<L: Lanes, S: BlockSource, A: Answers>(
                     continue;
                 }
                 if leaf {
-                    if leaves(lanes, &view, child, axis, rays, met, &asked, answers) {
+                    if leaves(lanes, &view, child, axis, rays, met, &asked, queries) {
                         t_max = farthest(rays);
                     }
                     continue;
@@ -181,7 +180,7 @@ fn sides(planes: &Planes, slot: usize) -> Sides {
 /// Tests the records of a leaf. `true`: a ray has become shorter.
 #[inline(always)]
 #[allow(clippy::too_many_arguments, reason = "inlined into the traversal, whose state it is")]
-fn leaves<L: Lanes, A: Answers>(
+fn leaves<L: Lanes, A: Queries + ?Sized>(
     lanes: L,
     view: &BlockView<'_>,
     leaf: u16,
@@ -189,7 +188,7 @@ fn leaves<L: Lanes, A: Answers>(
     rays: &mut Rays,
     met: u32,
     asked: &Mask,
-    answers: &mut A,
+    queries: &mut A,
 ) -> bool {
     let (first, count) = records(leaf);
     let mut changed = false;
@@ -197,7 +196,7 @@ fn leaves<L: Lanes, A: Answers>(
     for index in first..first + count {
         let Some(record) = view.record(index) else { break };
         if record.base & RECORD_SPHERES != 0 {
-            one_by_one(rays, met, asked, answers, |ray, query| {
+            one_by_one(rays, met, asked, queries, |ray, query| {
                 changed = true;
                 spheres(view, record, ray, query)
             });
@@ -227,7 +226,7 @@ fn leaves<L: Lanes, A: Answers>(
                     let lane = accepted.trailing_zeros() as usize & (GROUP - 1);
                     accepted &= accepted - 1;
                     let Some(&ray) = rays.order.get(g * GROUP + lane) else { continue };
-                    let Some(mut query) = answers.query(usize::from(ray)) else { continue };
+                    let Some(mut query) = queries.query(usize::from(ray)) else { continue };
                     let at = |row: &[f32; GROUP]| row.get(lane).copied().unwrap_or(0.0);
                     let t = at(&crossings.t);
                     let mut shorter = PreparedRay::NONE;
@@ -247,7 +246,7 @@ fn leaves<L: Lanes, A: Answers>(
                     }
                 }
                 if doubtful != 0 {
-                    doubt(view, record, place, rays, g, doubtful, answers);
+                    doubt(view, record, place, rays, g, doubtful, queries);
                 }
             }
         }
@@ -258,31 +257,31 @@ fn leaves<L: Lanes, A: Answers>(
 /// Asks the definition for the lanes of a group.
 #[cold]
 #[inline(never)]
-fn doubt<A: Answers>(
+fn doubt<A: Queries + ?Sized>(
     view: &BlockView<'_>,
     record: &Record,
     place: usize,
     rays: &mut Rays,
     g: usize,
     lanes: u32,
-    answers: &mut A,
+    queries: &mut A,
 ) {
     let mut asked = [0; GROUPS];
     if let Some(asked) = asked.get_mut(g) {
         *asked = lanes as u8;
     }
-    one_by_one(rays, 1 << g, &asked, answers, |ray, query| {
+    one_by_one(rays, 1 << g, &asked, queries, |ray, query| {
         triangle(view, record, place as u32, ray, query)
     });
 }
 
 /// Tests single rays. `true` of a test: nothing more is asked of the ray.
 #[inline(always)]
-fn one_by_one<A: Answers>(
+fn one_by_one<A: Queries + ?Sized>(
     rays: &mut Rays,
     mut met: u32,
     asked: &Mask,
-    answers: &mut A,
+    queries: &mut A,
     mut test: impl FnMut(&mut PreparedRay, &mut A::Query<'_>) -> bool,
 ) {
     while met != 0 {
@@ -295,7 +294,7 @@ fn one_by_one<A: Answers>(
             let Some(&index) = rays.order.get(g * GROUP + lane) else { continue };
             let Some(mut ray) = rays.prepared.get(usize::from(index)).copied() else { continue };
             let t_max = rays.groups.get_mut(g).and_then(|group| group.t_max.get_mut(lane));
-            let (Some(t_max), Some(mut query)) = (t_max, answers.query(usize::from(index))) else {
+            let (Some(t_max), Some(mut query)) = (t_max, queries.query(usize::from(index))) else {
                 continue;
             };
             ray.t_max = *t_max;

@@ -1,28 +1,121 @@
+//! The restart trail.
+
 use bytemuck::{Pod, Zeroable};
 
-/// Where a traversal is, in the fewest bytes: what a parked or migrating ray carries beside the ray and its best hit.
+use super::cursor::{Levels, Place};
+use crate::block::format::DEPTH_MAX;
+
+/// Where a traversal is, in the fewest bytes: what a ray that waits or migrates carries beside itself and its best hit.
+///
+/// It is the child that comes next, and on each level above it which octant was taken, by its place in the order of the
+/// ray's signs: a path from the root (Laine, Restart Trail for Stackless BVH Traversal, 2010). All octants before the path
+/// are done; those behind it are found again, when all below the child is done, by a second visit of the nodes on the path. That
+/// order is a function of ray and node alone, so a ray may go on with any lanes on any machine that has the blocks. Laine's trail
+/// has one bit a level, as its nodes have two children, and starts from the root each time; this one begins at
+/// the child, so that a ray that will find nothing behind its path never comes back to it.
+///
+/// # Bounds
+/// Any bytes are a trail. One that does not fit the blocks may skip hits, or end in an error.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Trail {
-    /// Three bits a level, the root's lowest: the octant taken there, by its place in the ray's order.
+    /// Bit `d` of word `b` is bit `b` of the place that was taken on level `d`.
     path: [u32; 3],
-    /// The block that comes next.
+    /// The block that the child lies in.
     block: u32,
-    /// The child that is visited there, as its bits.
+    /// The child, as its bits.
     child: u16,
-    /// The level of that child.
-    depth: u8,
-    /// Levels above this one are known by the path alone.
-    base: u8,
+    /// [`Span`] as one number.
+    span: u16,
+}
+
+/// Which levels a trail speaks of, each at most [`DEPTH_MAX`].
+#[derive(Clone, Copy)]
+struct Span {
+    /// The level of the child.
+    depth: u32,
+    /// Levels before this one may have octants left, above the child.
+    above: u32,
+    /// The path leads on to this level, below the child; 0: the child itself is to be visited.
+    below: u32,
+}
+
+/// Numbers of a [`Span`] from 0.
+const RADIX: u32 = DEPTH_MAX as u32 + 1;
+
+impl Span {
+    const fn encode(self) -> u16 {
+        const { assert!(RADIX * RADIX * RADIX <= 1 << 16) };
+        ((self.below * RADIX + self.above) * RADIX + self.depth) as u16
+    }
+
+    /// `None`: not the number of a span.
+    const fn decode(span: u16) -> Option<Self> {
+        let span = span as u32;
+        let depth = span % RADIX;
+        let above = span / RADIX % RADIX;
+        let below = span / (RADIX * RADIX);
+        if above <= depth && below < RADIX && (below == 0 || below > depth) {
+            Some(Self { depth, above, below })
+        } else {
+            None
+        }
+    }
 }
 
 impl Trail {
     /// Before the root.
-    pub const START: Self = Self { path: [0; 3], block: 0, child: 0, depth: 0, base: 0 };
+    pub const START: Self = Self { path: [0; 3], block: 0, child: 0, span: 0 };
 
-    /// The block that it needs next.
+    /// The block that the traversal needs next.
     #[must_use]
     pub const fn block(&self) -> u32 {
         self.block
     }
+
+    /// The trail of a traversal that goes on at this place, with octants left on these levels.
+    pub(super) fn new(at: &Place, levels: &Levels, left: u32) -> Self {
+        let depth = u32::from(at.depth).min(RADIX - 1);
+        let span =
+            Span { depth, above: end(left & before(depth)), below: end(left & !before(depth)) };
+        let mut path = [0; 3];
+        for (level, bit) in levels.level.iter().zip(0..depth.max(span.below)) {
+            for (word, b) in path.iter_mut().zip(0..3) {
+                *word |= (level.taken() >> b & 1) << bit;
+            }
+        }
+        Self { path, block: at.block, child: at.child, span: span.encode() }
+    }
+
+    /// Puts the path into the levels. Returns the place to go on at, and the levels which may have octants left.
+    #[inline(always)]
+    pub(super) fn lay(&self, levels: &mut Levels) -> Option<(Place, u32)> {
+        levels.live = 0;
+        let mut at = Place { block: self.block, child: self.child, ..Place::ROOT };
+        if self.span == 0 {
+            return Some((at, 0));
+        }
+        let span = Span::decode(self.span)?;
+        self.lay_path(levels, span);
+        at.depth = span.depth as u8;
+        Some((at, before(span.above) | before(span.below) & !before(span.depth)))
+    }
+
+    #[inline(never)]
+    fn lay_path(&self, levels: &mut Levels, span: Span) {
+        let [b0, b1, b2] = self.path;
+        for (level, bit) in levels.level.iter_mut().zip(0..span.depth.max(span.below)) {
+            level.pending = 1 << (b0 >> bit & 1 | (b1 >> bit & 1) << 1 | (b2 >> bit & 1) << 2);
+        }
+    }
+}
+
+/// The levels before one.
+const fn before(depth: u32) -> u32 {
+    ((1_u64 << depth) - 1) as u32
+}
+
+/// The level behind the last of some.
+const fn end(levels: u32) -> u32 {
+    u32::BITS - levels.leading_zeros()
 }

@@ -3,14 +3,30 @@ use std::vec::Vec;
 use glam::Vec3;
 
 use crate::block::format::Child;
-use crate::block::{BlockView, SPHERES};
+use crate::block::{BlockSource, BlockView, SPHERES};
 use crate::geometry::{Aabb, Hit, PreparedRay, Primitive, Pyramid, Ray};
 use crate::scene::{Light, LightKind};
 use crate::trace::tests::scenes::{Random, clutter};
 use crate::trace::tests::writer::{Blocks, Item, write};
-use crate::trace::tests::{Missing, Resident, brute, check, hit_of};
+use crate::trace::tests::{Resident, brute, check, hit_of};
 use crate::trace::{Clip, ClipEntry};
 use bytemuck::Zeroable;
+
+/// It has no block but one.
+struct Missing<'a> {
+    blocks: &'a Blocks,
+    here: Option<u32>,
+}
+
+impl BlockSource for Missing<'_> {
+    type Error = u32;
+    fn block(&mut self, block: u32) -> Result<BlockView<'_>, u32> {
+        if self.here != Some(block) {
+            return Err(block);
+        }
+        self.blocks.get(block).map(BlockView::trusted).ok_or(block)
+    }
+}
 
 /// A bundle of rays and its pyramid.
 struct Bundle {

@@ -2,10 +2,10 @@ use std::vec::Vec;
 
 use super::scenes::{Random, clutter, no_rays, rays};
 use super::writer::{Blocks, Item, write};
-use super::{Missing, OneFrame, Resident, brute, check};
+use super::{OneFrame, Resident, brute, check};
 use crate::block::SPHERES;
 use crate::geometry::{Hit, Ray};
-use crate::trace::{Batch, Cursor, Scalar, TraceError, Tracer};
+use crate::trace::{Batch, Cursor, Scalar, Tracer};
 
 fn layouts(items: &[Item]) -> Vec<Blocks> {
     [(1 << 10, 1, 1), (1 << 11, 2, 99), (1 << 12, 4, 99), (1 << 14, 3, 999), (1 << 16, 4, 999)]
@@ -40,7 +40,6 @@ fn compare(tracer: impl Tracer, blocks: &Blocks, items: &[Item], rays: &[Ray]) {
         });
         assert_eq!(all, expected);
         assert_eq!(tracer.closest(&mut cursor, &mut cached, ray), Ok(closest));
-        assert_eq!(suspended(tracer, blocks, &mut cursor, ray), closest);
     }
     assert!(cached.fetches > 0);
     batches(tracer, blocks, items, rays);
@@ -63,25 +62,6 @@ fn batches(tracer: impl Tracer, blocks: &Blocks, items: &[Item], rays: &[Ray]) {
         assert_eq!(hits, expected[..part]);
         tracer.any_batch(&mut room, &mut OneFrame::new(blocks), rays, &mut found).unwrap();
         assert_eq!(found, any[..part]);
-    }
-}
-
-/// The closest hit, stopped at every block.
-fn suspended(tracer: impl Tracer, blocks: &Blocks, cursor: &mut Cursor, ray: &Ray) -> Option<Hit> {
-    let mut source = Missing { blocks, here: None };
-    let mut result = tracer.closest(cursor, &mut source, ray);
-    loop {
-        match result {
-            Ok(hit) => return hit,
-            Err(TraceError::Source(block)) => {
-                assert_eq!(cursor.block(), block);
-                source.here = Some(block);
-                // The state may travel.
-                *cursor = cursor.clone();
-                result = tracer.resume_closest(cursor, &mut source);
-            }
-            Err(error) => panic!("{error:?}"),
-        }
     }
 }
 

@@ -6,6 +6,7 @@ pub(crate) mod bundles;
 pub(crate) mod frames;
 mod hostile;
 pub(crate) mod scenes;
+pub(crate) mod trails;
 pub(crate) mod writer;
 
 use std::vec::Vec;
@@ -53,22 +54,6 @@ impl BlockSource for OneFrame<'_> {
             self.fetches += 1;
         }
         Ok(BlockView::trusted(frame))
-    }
-}
-
-/// A block is missing the first time it is asked for, and again after every other block.
-pub(crate) struct Missing<'a> {
-    pub(crate) blocks: &'a Blocks,
-    pub(crate) here: Option<u32>,
-}
-
-impl BlockSource for Missing<'_> {
-    type Error = u32;
-    fn block(&mut self, block: u32) -> Result<BlockView<'_>, u32> {
-        if self.here != Some(block) {
-            return Err(block);
-        }
-        self.blocks.get(block).map(BlockView::trusted).ok_or(block)
     }
 }
 

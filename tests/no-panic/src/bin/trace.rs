@@ -12,14 +12,16 @@ entry!({
     if let Ok(mut file) = KiloView::parse(any_bytes()) {
         let ray = Ray { origin: any(), direction: any(), t_min: any(), t_max: any() };
         let cursor = &mut Cursor::new();
-        let _ = black_box(Scalar.closest(cursor, &mut file, &ray));
-        let _ = black_box(Scalar.resume_closest(cursor, &mut file));
+        let trail = any();
+        let best = Scalar.closest(cursor, &mut file, &ray).ok().flatten();
+        let _ = black_box(Scalar.continue_closest(cursor, &mut file, &ray, best, &trail));
         let _ = black_box(Scalar.any(cursor, &mut file, &ray));
-        let _ = black_box(Scalar.resume_any(cursor, &mut file));
-        let _ = black_box(Scalar.every(cursor, &mut file, &ray, |hit| {
+        let _ = black_box(Scalar.continue_any(cursor, &mut file, &ray, &trail));
+        let _ = black_box(Scalar.continue_every(cursor, &mut file, &ray, &trail, |hit| {
             black_box(hit);
             any::<u8>() == 0
         }));
+        black_box((cursor.trail(), cursor.best(), cursor.take_visited()));
         let (mut rays, mut closest, mut found) = ([ray; 80], [None; 80], [false; 80]);
         let rays = &*any_room(&mut rays);
         let (closest, found) = (any_room(&mut closest), any_room(&mut found));

@@ -5,7 +5,7 @@ use std::cell::Cell;
 use kiloray_core::block::format::{BlockHeader, Node, Record};
 use kiloray_core::block::{BlockSource, BlockView, KiloView, NoBlock};
 use kiloray_core::geometry::{PreparedRay, Ray};
-use kiloray_core::trace::{Cursor, Lanes, Octants, Scalar, any, closest};
+use kiloray_core::trace::{Cursor, Lanes, Octants, Scalar, Search, Tracer};
 
 use crate::Error;
 
@@ -60,6 +60,12 @@ impl Lanes for Counting<'_> {
     }
 }
 
+impl Tracer for Counting<'_> {
+    fn run<T: Search>(self, search: T) -> T::Answer {
+        search.run(self)
+    }
+}
+
 struct Source<'a>(KiloView<'a>, &'a Counts);
 
 impl BlockSource for Source<'_> {
@@ -78,9 +84,9 @@ pub(crate) fn print(view: KiloView<'_>, kind: &str, rays: &[Ray]) -> Result<(), 
     let mut cursor = Cursor::new();
     for ray in rays {
         if kind == "shadow" {
-            any(lanes, &mut cursor, &mut source, ray)?;
+            lanes.any(&mut cursor, &mut source, ray)?;
         } else {
-            closest(lanes, &mut cursor, &mut source, ray)?;
+            lanes.closest(&mut cursor, &mut source, ray)?;
         }
     }
     let per_ray = |n: &Cell<u64>| n.get() as f64 / rays.len() as f64;

@@ -1,0 +1,268 @@
+//! A ray that is parked at every missing block, as ray, best hit and trail, finds what a ray finds that is never stopped.
+
+use std::vec::Vec;
+
+use proptest::prelude::*;
+
+use super::scenes::{Random, clutter, rays};
+use super::writer::{Blocks, write};
+use super::{Resident, brute};
+use crate::block::format::DEPTH_MAX;
+use crate::block::{BlockSource, BlockView, SPHERES};
+use crate::geometry::{Hit, Ray};
+use crate::trace::{Cursor, Scalar, TraceError, Tracer, Trail};
+
+/// A source that does not have all blocks.
+#[derive(Debug, Clone, Copy)]
+enum Kind {
+    /// It has the block that was last fetched.
+    One,
+    /// It has that once, and then nothing.
+    Once,
+    /// It also has some blocks always: of 256 so many.
+    Some(u8),
+    /// It also has any block now and then.
+    Forgets(u8),
+}
+
+struct Fickle<'a> {
+    blocks: &'a Blocks,
+    kind: Kind,
+    fetched: Option<u32>,
+    random: Random,
+}
+
+impl BlockSource for Fickle<'_> {
+    type Error = u32;
+
+    fn block(&mut self, block: u32) -> Result<BlockView<'_>, u32> {
+        let fetched = self.fetched == Some(block);
+        let here = match self.kind {
+            Kind::One => fetched,
+            Kind::Once => self.fetched.take() == Some(block),
+            Kind::Some(of) => fetched || Random(u64::from(block)).below(256) < u32::from(of),
+            Kind::Forgets(of) => fetched || self.random.below(256) < u32::from(of),
+        };
+        if !here {
+            return Err(block);
+        }
+        if matches!(self.kind, Kind::Forgets(_)) {
+            self.fetched = None;
+        }
+        self.blocks.get(block).map(BlockView::trusted).ok_or(block)
+    }
+}
+
+#[derive(Debug, Clone)]
+pub(crate) struct Case {
+    seed: u64,
+    items: usize,
+    block_bytes: usize,
+    leaf: usize,
+    nodes: usize,
+    kind: Kind,
+}
+
+pub(crate) fn cases() -> impl Strategy<Value = Case> {
+    let kind = prop_oneof![
+        Just(Kind::One),
+        Just(Kind::Once),
+        any::<u8>().prop_map(Kind::Some),
+        any::<u8>().prop_map(Kind::Forgets),
+    ];
+    let shape = prop_oneof![Just((1 << 10, 1, 1)), Just((1 << 10, 1, 99)), Just((1 << 11, 2, 99))];
+    (any::<u64>(), 1_usize..400, shape, kind).prop_map(|(seed, items, shape, kind)| {
+        let (block_bytes, leaf, nodes) = shape;
+        Case { seed, items, block_bytes, leaf, nodes, kind }
+    })
+}
+
+/// One continuation after the other, with a cursor that knows nothing of the ray, until it ends. Returns how often it was stopped.
+fn parked<R>(
+    source: &mut Fickle<'_>,
+    mut go_on: impl FnMut(&mut Cursor, &mut Fickle<'_>, &Trail) -> Result<R, TraceError<u32>>,
+) -> (R, usize) {
+    let mut cursor = Cursor::new();
+    let mut trail = Trail::START;
+    for stops in 0.. {
+        match go_on(&mut cursor, source, &trail) {
+            Ok(result) => return (result, stops),
+            Err(TraceError::Source(block)) => {
+                assert_eq!(cursor.trail().block(), block);
+                assert_ne!((stops > 0).then_some(cursor.trail()), Some(trail), "no progress");
+                trail = cursor.trail();
+                source.fetched = Some(block);
+                cursor = Cursor::new();
+            }
+            Err(error) => panic!("{error:?}"),
+        }
+    }
+    unreachable!()
+}
+
+fn sort(hits: &mut [Hit]) {
+    hits.sort_by(|a, b| b.is_closer_than(a).cmp(&a.is_closer_than(b)));
+}
+
+/// The rays of a case, with the lanes of two tracers in turns.
+pub(crate) fn agree(case: &Case, one: impl Tracer, other: impl Tracer) {
+    let mut random = Random(case.seed);
+    let items = clutter(case.items, SPHERES, &mut random);
+    let blocks = write(&items, case.block_bytes, case.leaf, case.nodes);
+    let source =
+        |seed| Fickle { blocks: &blocks, kind: case.kind, fetched: None, random: Random(seed) };
+    let nesting = usize::from(BlockView::trusted(blocks.get(0).unwrap()).header().nesting);
+    for ray in rays(&items, 12, &mut random) {
+        let resident = &mut Resident(&blocks);
+        let mut cursor = Cursor::new();
+        let seed = random.bits();
+        // For each child: on the way back to it, each block of the path may be missing, and then its own.
+        let most = |cursor: &mut Cursor| {
+            let visited = cursor.take_visited();
+            (visited.nodes + visited.leaves + 1) as usize * (nesting + 2)
+        };
+
+        let closest = one.closest(&mut cursor, resident, &ray).unwrap();
+        assert_eq!(closest, brute(&items, &ray).first().copied());
+        let mut turn = 0;
+        let mut best = None;
+        let (hit, stops) = parked(&mut source(seed), |cursor, source, trail| {
+            turn += 1;
+            let result = if turn % 2 == 0 {
+                one.continue_closest(cursor, source, &ray, best, trail)
+            } else {
+                other.continue_closest(cursor, source, &ray, best, trail)
+            };
+            best = cursor.best();
+            result
+        });
+        assert_eq!(hit, closest, "{ray:?}");
+        let bits = |hit: Option<Hit>| hit.map(|h| [h.t, h.b1, h.b2].map(f32::to_bits));
+        assert_eq!(bits(hit), bits(closest));
+        assert!(stops <= most(&mut cursor), "{stops} stops, nesting {nesting}");
+
+        assert_eq!(one.any(&mut cursor, resident, &ray), Ok(closest.is_some()));
+        let (found, stops) = parked(&mut source(seed), |cursor, source, trail| {
+            turn += 1;
+            if turn % 2 == 0 {
+                one.continue_any(cursor, source, &ray, trail)
+            } else {
+                other.continue_any(cursor, source, &ray, trail)
+            }
+        });
+        assert_eq!(found, closest.is_some());
+        assert!(stops <= most(&mut cursor), "{stops} stops, nesting {nesting}");
+
+        let mut all: Vec<Hit> = Vec::new();
+        one.every(&mut cursor, resident, &ray, |_| false).unwrap();
+        let ((), stops) = parked(&mut source(seed), |cursor, source, trail| {
+            turn += 1;
+            let visit = |hit: &Hit| {
+                all.push(*hit);
+                false
+            };
+            if turn % 2 == 0 {
+                one.continue_every(cursor, source, &ray, trail, visit)
+            } else {
+                other.continue_every(cursor, source, &ray, trail, visit)
+            }
+        });
+        sort(&mut all);
+        assert_eq!(all, brute(&items, &ray), "{ray:?}");
+        assert!(stops <= most(&mut cursor), "{stops} stops, nesting {nesting}");
+    }
+}
+
+/// Trails of other trees, damaged ones, and bytes that never were one.
+pub(crate) fn hostile(case: &Case, damage: &[(usize, u8)], bytes: [u8; 20], tracer: impl Tracer) {
+    let mut random = Random(case.seed);
+    let items = clutter(case.items, SPHERES, &mut random);
+    let blocks = write(&items, case.block_bytes, case.leaf, case.nodes);
+    let nodes: usize =
+        (0..blocks.count()).map(|b| BlockView::trusted(blocks.get(b).unwrap()).nodes().len()).sum();
+    let rays = rays(&items, 6, &mut random);
+    let mut trails = std::vec![bytemuck::cast::<[u8; 20], Trail>(bytes)];
+    for ray in &rays {
+        // Where a ray is stopped at a block that never comes.
+        let missing = random.below(blocks.count());
+        let mut source = Resident(&blocks);
+        let mut cursor = Cursor::new();
+        let _ = tracer.every(&mut cursor, &mut Without(&mut source, missing), ray, |_| false);
+        let mut bytes: [u8; 20] = bytemuck::cast(cursor.trail());
+        trails.push(cursor.trail());
+        for &(at, with) in damage {
+            bytes[at % 20] ^= with;
+            trails.push(bytemuck::cast(bytes));
+        }
+    }
+    for ray in &rays {
+        for trail in &trails {
+            let mut cursor = Cursor::new();
+            let source = &mut Resident(&blocks);
+            let _ = tracer.continue_closest(&mut cursor, source, ray, None, trail);
+            let _ = tracer.continue_any(&mut cursor, source, ray, trail);
+            let _ = tracer.continue_every(&mut cursor, source, ray, trail, |_| false);
+            // Twice a subtree and a way back, at most, for each of the three.
+            let most = 3 * (2 * nodes + 2 * DEPTH_MAX) as u64;
+            assert!(cursor.visited().nodes <= most, "{:?} of {most}, {trail:?}", cursor.visited());
+        }
+    }
+}
+
+/// All blocks but one.
+struct Without<'a>(&'a mut Resident<'a>, u32);
+
+impl BlockSource for Without<'_> {
+    type Error = u32;
+
+    fn block(&mut self, block: u32) -> Result<BlockView<'_>, u32> {
+        if block == self.1 {
+            return Err(block);
+        }
+        self.0.block(block).map_err(|_| block)
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(64))]
+
+    #[test]
+    fn parked_rays_find_what_others_find(case in cases()) {
+        agree(&case, Scalar, Scalar);
+    }
+
+    #[test]
+    fn any_bytes_are_a_harmless_trail(
+        case in cases(),
+        damage in prop::collection::vec((0_usize..20, any::<u8>()), 0..6),
+        bytes in any::<[u8; 20]>(),
+    ) {
+        hostile(&case, &damage, bytes, Scalar);
+    }
+}
+
+#[test]
+fn what_was_visited_is_counted() {
+    let mut random = Random(41);
+    // A single triangle: one node, one record, one block.
+    let items = clutter(1, false, &mut random);
+    let blocks = write(&items, 1 << 10, 1, 1);
+    let at = match items[0].0 {
+        crate::geometry::Primitive::Triangle { vertices: [a, b, c], .. } => (a + b + c) / 3.0,
+        crate::geometry::Primitive::Sphere { center, .. } => center,
+    };
+    let ray = Ray {
+        origin: glam::Vec3::splat(-0.9),
+        direction: at + 0.9,
+        t_min: 0.0,
+        t_max: f32::INFINITY,
+    };
+    let mut cursor = Cursor::new();
+    for rays in 1..4 {
+        Scalar.every(&mut cursor, &mut Resident(&blocks), &ray, |_| false).unwrap();
+        let visited = cursor.visited();
+        assert_eq!([visited.nodes, visited.leaves, visited.blocks], [rays; 3]);
+    }
+    assert_eq!(cursor.take_visited().nodes, 3);
+    assert_eq!(cursor.visited(), crate::trace::Visited::default());
+}
