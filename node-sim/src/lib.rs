@@ -8,10 +8,11 @@
 mod error;
 mod options;
 mod outcome;
-#[expect(dead_code, reason = "the run that uses it follows")]
 mod profile;
-#[cfg_attr(not(test), expect(dead_code, reason = "the run that uses it follows"))]
+#[cfg_attr(not(test), expect(dead_code, reason = "the nodes that run follow"))]
 mod report;
+#[cfg_attr(not(test), expect(dead_code, reason = "the nodes that run follow"))]
+mod run;
 
 pub use error::Error;
 pub use options::{Control, Crash, Faults, Link, Options, Rate, Slow, Status, Switching};

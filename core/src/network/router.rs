@@ -37,6 +37,8 @@ pub struct Router<'a> {
     holds: bool,
     /// Packets that are held back at the end of the node's own queues, by channel.
     held: [u8; Channel::ALL.len()],
+    /// See [`take_changed`](Self::take_changed).
+    changed: u64,
 }
 
 impl<'a> Router<'a> {
@@ -57,7 +59,15 @@ impl<'a> Router<'a> {
         }
         memory.fifos.fill(Fifo::default());
         memory.ports.fill(PortState::new(size.depth));
-        Some(Self { mesh, here, size, memory, holds: false, held: [0; Channel::ALL.len()] })
+        Some(Self {
+            mesh,
+            here,
+            size,
+            memory,
+            holds: false,
+            held: [0; Channel::ALL.len()],
+            changed: 0,
+        })
     }
 
     /// What it is a part of.
@@ -101,7 +111,35 @@ impl<'a> Router<'a> {
     /// Lets go what was held back.
     pub fn release(&mut self) {
         self.holds = false;
-        self.held = [0; Channel::ALL.len()];
+        for (channel, held) in Channel::ALL.into_iter().zip(core::mem::take(&mut self.held)) {
+            if held > 0 {
+                self.note_head(self.own_queue(channel));
+            }
+        }
+    }
+
+    /// Drops what was held back: the node has died before it had done it.
+    pub fn discard(&mut self) {
+        self.holds = false;
+        for (channel, held) in Channel::ALL.into_iter().zip(core::mem::take(&mut self.held)) {
+            let queue = self.own_queue(channel);
+            if let Some(fifo) = self.memory.fifos.get_mut(queue) {
+                fifo.len = fifo.len.saturating_sub(held);
+            }
+        }
+    }
+
+    /// The ports by which something may leave that could not before the last call: bit `p % 64` for port `p`.
+    /// Others need not be asked to [`transmit`](Self::transmit), apart from those that were left when their link was busy.
+    pub fn take_changed(&mut self) -> u64 {
+        core::mem::take(&mut self.changed)
+    }
+
+    /// Whether a packet can leave by a port now.
+    #[must_use]
+    pub fn is_ready(&self, port: Port) -> bool {
+        let state = self.memory.ports.get(usize::from(port.0));
+        self.next_for(port).is_some() || state.is_some_and(|s| s.owes_credit(self.size.depth))
     }
 
     /// Packets that [`inject`](Self::inject) takes now.
@@ -131,6 +169,7 @@ impl<'a> Router<'a> {
         let Some(state) = self.memory.ports.get_mut(usize::from(port.0)) else {
             return Received::Bad;
         };
+        self.changed |= port_bit(port.0);
         for (sender, limit) in state.senders.iter_mut().zip(header.limits) {
             sender.grant(Sequence(limit));
         }
@@ -194,6 +233,7 @@ impl<'a> Router<'a> {
         for state in self.memory.ports.iter_mut().take(usize::from(self.size.ports)) {
             if state.senders.iter().any(|sender| sender.available() < self.size.depth) {
                 state.control = ASK;
+                self.changed = u64::MAX;
                 any = true;
             }
         }
@@ -203,6 +243,7 @@ impl<'a> Router<'a> {
     /// Drops all packets for a node that is known to be dead, and gives their credit back.
     pub fn forget(&mut self, dead: NodeId) -> u32 {
         let mut dropped = 0;
+        self.changed = u64::MAX;
         for queue in 0..self.size.queues() {
             let len = self.memory.fifos.get(queue).map_or(0, |fifo| fifo.len);
             for _ in 0..len {
@@ -272,8 +313,8 @@ impl<'a> Router<'a> {
         let state = self.memory.ports.get(usize::from(port.0))?;
         let queues = self.size.queues();
         let mut best: Option<(u8, usize, Lane)> = None;
-        for k in 0..queues {
-            let queue = (usize::from(state.turn) + k).checked_rem(queues)?;
+        let first = usize::from(state.turn).checked_rem(queues)?;
+        for queue in (first..queues).chain(0..first) {
             let Some(slot) = self.slot_at_head(queue).filter(|slot| slot.port == port.0) else {
                 continue;
             };
@@ -363,6 +404,9 @@ impl<'a> Router<'a> {
         if let Some(fifo) = self.memory.fifos.get_mut(queue) {
             fifo.len += 1;
             fifo.peak = fifo.peak.max(fifo.len);
+            if fifo.len == 1 {
+                self.changed |= port_bit(slot.port);
+            }
         }
         Ok(())
     }
@@ -381,9 +425,18 @@ impl<'a> Router<'a> {
             && let Some(receiver) = state.receivers.get_mut(queue % LANES)
         {
             receiver.release();
+            self.changed |= port_bit((queue / LANES) as u16);
         } else if let Some(held) = self.held.get_mut(queue_lane(queue).channel() as usize) {
             // The node has consumed a packet of its own to itself.
             *held = fifo_len.min(*held);
+        }
+        self.note_head(queue);
+    }
+
+    /// The head of a queue is new: its port has something to send.
+    fn note_head(&mut self, queue: usize) {
+        if let Some(slot) = self.slot_at_head(queue) {
+            self.changed |= port_bit(slot.port);
         }
     }
 
@@ -427,6 +480,10 @@ impl<'a> Router<'a> {
         let queue = queue / LANES * self.size.lanes_used() + lane;
         (queue * usize::from(self.size.depth) + place) * usize::from(self.size.payload)
     }
+}
+
+fn port_bit(port: u16) -> u64 {
+    1 << (port % 64)
 }
 
 fn queue_lane(queue: usize) -> Lane {

@@ -9,8 +9,6 @@ pub struct Latencies {
     pub ray: Histogram,
     /// From the grant of a tile to its last pixel.
     pub tile: Histogram,
-    /// From a packet's first byte leaving its sender to its last byte reaching its destination.
-    pub packet: Histogram,
 }
 
 /// Times of one kind \[ns\]. Percentiles and bounds are exact to 1 %.

@@ -71,6 +71,23 @@ impl NodeTime {
         self.idle_data + self.idle_answers + self.idle_credit + self.idle_work
     }
 
+    /// Of work, the first so many ns, each part in its share.
+    pub(crate) fn first(&self, ns: u64) -> Self {
+        let all = u128::from(self.busy().max(1));
+        let share = |part: u64| (u128::from(part) * u128::from(ns) / all) as u64;
+        let mut first = Self {
+            trace: share(self.trace),
+            shade: share(self.shade),
+            clip: share(self.clip),
+            messages: share(self.messages),
+            copies: share(self.copies),
+            checks: share(self.checks),
+            ..Self::default()
+        };
+        first.trace += ns.saturating_sub(first.busy());
+        first
+    }
+
     /// All of it, by name.
     #[must_use]
     pub fn parts(&self) -> [(&'static str, u64); 11] {

@@ -1,0 +1,14 @@
+use kiloray_core::network::Router;
+use kiloray_core::node::{Progress, Time};
+
+/// What runs at a place of the mesh, in the terms of the simulation.
+pub(crate) trait Actor<'m> {
+    /// Carries out one step, and says what it was.
+    fn poll(&mut self, now: Time) -> Progress;
+
+    /// Its end of the network.
+    fn router(&mut self) -> &mut Router<'m>;
+
+    /// Rays that it holds for later.
+    fn stored(&self) -> u32;
+}

@@ -1,0 +1,63 @@
+use crate::{Faults, Rate};
+
+/// What happens to a packet on a link.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Fate {
+    /// It never arrives.
+    pub(crate) lost: bool,
+    /// It arrives twice.
+    pub(crate) doubled: bool,
+    /// Beyond its time \[ns\].
+    pub(crate) delay: u64,
+}
+
+/// The fate of the `number`-th packet of a link: a function of the seed and these.
+pub(crate) fn fate(faults: &Faults, seed: u64, link: u32, number: u64) -> Fate {
+    let base = mix(mix(seed ^ u64::from(link)) ^ number);
+    let draw = |what: u64| mix(base ^ what);
+    Fate {
+        lost: happens(faults.loss, draw(1)),
+        doubled: happens(faults.duplicate, draw(2)),
+        delay: scale(draw(3), faults.jitter.saturating_add(1)),
+    }
+}
+
+fn happens(rate: Rate, draw: u64) -> bool {
+    rate.count > 0 && scale(draw, u64::from(rate.of.max(1))) < u64::from(rate.count)
+}
+
+/// A number below `below`, from an even draw.
+fn scale(draw: u64, below: u64) -> u64 {
+    ((u128::from(draw) * u128::from(below)) >> 64) as u64
+}
+
+/// The finaliser of splitmix64 (Steele, Lea, Flood 2014), after its increment.
+fn mix(x: u64) -> u64 {
+    let mut x = x.wrapping_add(0x9e37_79b9_7f4a_7c15);
+    x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    x = (x ^ (x >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    x ^ (x >> 31)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rates_are_kept() {
+        let rate = |count, of| Rate { count, of };
+        let faults =
+            Faults { loss: rate(1, 100), duplicate: rate(1, 10), jitter: 9, ..Faults::default() };
+        let fates: Vec<Fate> = (0..100_000).map(|n| fate(&faults, 7, (n % 13) as u32, n)).collect();
+        let lost = fates.iter().filter(|fate| fate.lost).count();
+        let doubled = fates.iter().filter(|fate| fate.doubled).count();
+        let delay: u64 = fates.iter().map(|fate| fate.delay).sum();
+        // Five standard deviations.
+        assert!((843..1157).contains(&lost), "{lost}");
+        assert!((9525..10475).contains(&doubled), "{doubled}");
+        assert!((445_000..455_000).contains(&delay), "{delay}");
+        assert!(fates.iter().all(|fate| fate.delay <= 9));
+        let none = fate(&Faults::default(), 7, 1, 1);
+        assert_eq!(none, Fate { lost: false, doubled: false, delay: 0 });
+    }
+}

@@ -1,0 +1,154 @@
+use crate::{Sample, Timeline};
+
+/// Most steps of a time line.
+const STEPS: usize = 256;
+
+/// A time line as it grows: when it gets too long, its steps are joined in pairs.
+#[derive(Debug)]
+pub(crate) struct TimelineRecorder {
+    step: u64,
+    steps: Vec<Step>,
+    /// Rays held, and pixels complete, at the last step.
+    stored: u64,
+    pixels: u64,
+}
+
+#[derive(Debug, Clone, Copy, Default)]
+struct Step {
+    /// Node time at work \[ns\].
+    busy: u64,
+    /// Node time waiting \[ns\].
+    waiting: u64,
+    stored: u64,
+    link_bytes: u64,
+    pixels: u64,
+}
+
+impl TimelineRecorder {
+    /// Of no time yet.
+    pub(crate) fn new() -> Self {
+        Self { step: 1024, steps: Vec::with_capacity(STEPS), stored: 0, pixels: 0 }
+    }
+
+    /// A node was at work.
+    pub(crate) fn busy(&mut self, from: u64, to: u64) {
+        self.spread(from, to, |step, ns| step.busy += ns);
+    }
+
+    /// A node waited.
+    pub(crate) fn waiting(&mut self, from: u64, to: u64) {
+        self.spread(from, to, |step, ns| step.waiting += ns);
+    }
+
+    /// Bytes leave by a link.
+    pub(crate) fn bytes(&mut self, at: u64, bytes: u64) {
+        self.at(at).link_bytes += bytes;
+    }
+
+    /// So many rays are held from now on.
+    pub(crate) fn stored(&mut self, at: u64, rays: u64) {
+        self.at(at);
+        self.stored = rays;
+        let step = self.at(at);
+        step.stored = step.stored.max(rays);
+    }
+
+    /// So many pixels are complete from now on.
+    pub(crate) fn pixels(&mut self, at: u64, pixels: u64) {
+        self.at(at);
+        self.pixels = pixels;
+        self.at(at).pixels = pixels;
+    }
+
+    /// The time line of so many nodes, until `end`.
+    pub(crate) fn finish(mut self, end: u64, nodes: u16) -> Timeline {
+        self.at(end.saturating_sub(1));
+        let step_ns = self.step;
+        let used = end.div_ceil(step_ns) as usize;
+        let samples = self.steps.iter().take(used).enumerate().map(|(index, step)| {
+            let length = (end - index as u64 * step_ns).min(step_ns) as f64;
+            let (busy, waiting) = (step.busy as f64 / length, step.waiting as f64 / length);
+            Sample {
+                busy,
+                waiting,
+                idle: (f64::from(nodes) - busy - waiting).max(0.0),
+                stored: step.stored,
+                link_bytes: step.link_bytes,
+                pixels: step.pixels,
+            }
+        });
+        Timeline { step_ns, samples: samples.collect() }
+    }
+
+    fn spread(&mut self, from: u64, to: u64, mut add: impl FnMut(&mut Step, u64)) {
+        if from >= to {
+            return;
+        }
+        self.at(to - 1);
+        let mut start = from;
+        while start < to {
+            let index = start / self.step;
+            let end = ((index + 1) * self.step).min(to);
+            add(&mut self.steps[index as usize], end - start);
+            start = end;
+        }
+    }
+
+    /// The step of a moment.
+    fn at(&mut self, at: u64) -> &mut Step {
+        while at / self.step >= STEPS as u64 {
+            self.step *= 2;
+            let join = |pair: &[Step]| match *pair {
+                [a, b] => Step {
+                    busy: a.busy + b.busy,
+                    waiting: a.waiting + b.waiting,
+                    stored: a.stored.max(b.stored),
+                    link_bytes: a.link_bytes + b.link_bytes,
+                    pixels: b.pixels,
+                },
+                _ => pair[0],
+            };
+            self.steps = self.steps.chunks(2).map(join).collect();
+        }
+        let index = (at / self.step) as usize;
+        if self.steps.len() <= index {
+            let next = Step { stored: self.stored, pixels: self.pixels, ..Step::default() };
+            self.steps.resize(index + 1, next);
+        }
+        &mut self.steps[index]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn nothing_is_lost_when_steps_are_joined() {
+        let mut line = TimelineRecorder::new();
+        let end = 3 << 20;
+        for start in (0..end).step_by(1024) {
+            line.busy(start, start + 512);
+            line.waiting(start + 512, start + 768);
+            line.bytes(start, 7);
+            match start {
+                0x10_0000 => line.stored(start, 5),
+                0x18_0000 => line.pixels(start, 60),
+                0x20_0000 => line.stored(start, 3),
+                _ => {}
+            }
+        }
+        let line = line.finish(end, 2);
+        assert!(line.samples.len() <= STEPS && line.samples.len() as u64 * line.step_ns >= end);
+        let bytes: u64 = line.samples.iter().map(|sample| sample.link_bytes).sum();
+        assert_eq!(bytes, 7 * 3 * 1024);
+        for sample in &line.samples {
+            assert!((sample.busy, sample.waiting) == (0.5, 0.25));
+            assert!((sample.idle - 1.25).abs() < 1e-9, "{sample:?}");
+        }
+        let at = |ns: u64| line.samples[(ns / line.step_ns) as usize];
+        let stored = [900_000, 1_100_000, 1_900_000, 2_500_000].map(|ns| at(ns).stored);
+        assert_eq!(stored, [0, 5, 5, 3]);
+        assert_eq!([1_000_000, 2_900_000].map(|ns| at(ns).pixels), [0, 60]);
+    }
+}
