@@ -38,7 +38,7 @@ const AT_WORK: u8 = 11;
 pub fn write(out: &mut [u8], len: usize, message: &Message<'_>) -> Option<usize> {
     let mut words = [0_u32; 4];
     let (kind, fields, rest): (u8, &[u8], &[u8]) = match message {
-        Message::Fetch { block } => (FETCH, words_of(&mut words, &[*block]), &[]),
+        Message::Fetch { block, offset } => (FETCH, words_of(&mut words, &[*block, *offset]), &[]),
         Message::Part { block, offset, bytes } => {
             (PART, words_of(&mut words, &[*block, *offset]), bytes)
         }
@@ -140,7 +140,7 @@ fn read<'a>(rest: &mut &'a [u8]) -> Option<Message<'a>> {
     *rest = after;
     let body = &mut body;
     let message = match item.kind {
-        FETCH => Message::Fetch { block: word(body)? },
+        FETCH => Message::Fetch { block: word(body)?, offset: word(body)? },
         PART => Message::Part { block: word(body)?, offset: word(body)?, bytes: all(body) },
         ASK => Message::Ask { number: word(body)?, count: word(body)? },
         GRANT => Message::Grant {

@@ -65,6 +65,8 @@ pub enum Message<'a> {
     Fetch {
         /// The block.
         block: u32,
+        /// All before it is there already \[bytes\].
+        offset: u32,
     },
     /// A piece of a block.
     Part {

@@ -24,5 +24,8 @@
 mod codec;
 mod message;
 
+#[cfg(test)]
+mod tests;
+
 pub use codec::{Item, Items, write};
 pub use message::{Message, RayMessage, ReturnAddress};
