@@ -47,7 +47,8 @@ fn draw(file: KiloView<'_>, memory: &mut [Chunk], plan: &Plan) {
     let tiling = Tiling::new(any(), any(), any());
     black_box(PathKey::camera(any(), any(), any()));
     for index in 0..tiling.len() {
-        let Some(tile) = tiling.tile(index) else { break };
+        let Some(tile) = tiling.shuffled(index, any()) else { break };
+        black_box(tiling.tile(index));
         match renderer.tile(&job, tile, &mut sight, &mut counts) {
             Ok(sums) => {
                 for sum in sums {
