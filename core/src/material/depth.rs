@@ -30,6 +30,18 @@ impl OpticalDepth {
         }))
     }
 
+    /// As plain numbers.
+    #[must_use]
+    pub const fn steps(self) -> [u32; 3] {
+        self.0
+    }
+
+    /// Of plain numbers.
+    #[must_use]
+    pub const fn of_steps(steps: [u32; 3]) -> Self {
+        Self(steps)
+    }
+
     /// Both, one behind the other.
     #[must_use]
     pub fn and(self, other: Self) -> Self {

@@ -226,6 +226,15 @@ impl<'a> Router<'a> {
         }
     }
 
+    /// Whether [`transmit`](Self::transmit) has something to send by this port.
+    #[must_use]
+    pub fn would_transmit(&self, port: Port) -> bool {
+        let state = self.memory.ports.get(usize::from(port.0));
+        let joined = self.mesh.neighbour(self.here, port).is_some();
+        let credit = || state.is_some_and(|state| state.owes_credit(self.size.depth));
+        joined && (self.next_for(port).is_some() || credit())
+    }
+
     /// To be called at intervals where packets can be lost or overtaken: asks for credit that is overdue, so that lost packets and lost credit heal.
     /// Gives whether any is; where not, there is no need to call again before the next packet leaves.
     pub fn remind(&mut self) -> bool {

@@ -11,6 +11,8 @@ pub struct Counts {
     pub cache: CacheCounts,
     /// Tiles rendered.
     pub tiles: u64,
+    /// Packets that left, apart from those that passed through.
+    pub packets: u64,
     /// Messages sent, by kind.
     pub sent: Kinds,
     /// Messages handled, by kind.
@@ -43,6 +45,8 @@ pub struct Counts {
     pub shadows_peak: u32,
     /// See `rays_peak`.
     pub visitors_peak: u32,
+    /// Most tiles held at once.
+    pub tiles_peak: u32,
 }
 
 /// Messages by kind.

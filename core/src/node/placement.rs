@@ -47,6 +47,20 @@ impl Placement {
         Some(NodeId((first.wrapping_add(self.shift(copy)).checked_rem(nodes)?) as u16))
     }
 
+    /// Where copies are ranges: the first block of this copy that a node holds, and the one behind the last.
+    #[must_use]
+    pub fn range(&self, node: NodeId, copy: u16) -> Option<(u32, u32)> {
+        if self.dealing != Dealing::Subtrees || node.0 >= self.nodes {
+            return None;
+        }
+        let nodes = u64::from(self.nodes.max(1));
+        let place = u64::from(node.0).wrapping_add(nodes).wrapping_sub(self.shift(copy)) % nodes;
+        // Block `i` of `n` goes to floor(i k / n): node `p` begins at ceil(p n / k).
+        let begin = |place: u64| place.saturating_mul(u64::from(self.dealt())).div_ceil(nodes);
+        let block = |index: u64| (index as u32).saturating_add(self.top);
+        Some((block(begin(place)), block(begin(place.wrapping_add(1)))))
+    }
+
     /// Whether a node has a block without fetching it.
     #[must_use]
     pub fn holds(&self, node: NodeId, block: u32) -> bool {
@@ -103,6 +117,13 @@ mod tests {
                 prop_assert!(owner.is_none_or(|o| o.0 < nodes && placement.holds(o, block)));
             }
             prop_assert_eq!(placement.owner(blocks.max(top), 0), None);
+            for (node, copy) in (0..nodes).flat_map(|n| (0..placement.copies()).map(move |c| (n, c))) {
+                let Some((first, end)) = placement.range(NodeId(node), copy) else { break };
+                for block in top..blocks {
+                    let owns = placement.owner(block, copy) == Some(NodeId(node));
+                    prop_assert_eq!((first..end).contains(&block), owns);
+                }
+            }
             for node in 0..nodes {
                 let held = (0..blocks).filter(|&b| placement.holds(NodeId(node), b)).count();
                 prop_assert!(held as u32 <= placement.most_blocks());

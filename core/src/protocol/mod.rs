@@ -24,8 +24,6 @@
 mod codec;
 mod message;
 
-#[cfg(test)]
-mod tests;
-
 pub use codec::{Item, Items, write};
+pub(crate) use codec::{join, split};
 pub use message::{Message, RayMessage, ReturnAddress};

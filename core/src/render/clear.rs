@@ -23,7 +23,7 @@ const RAYS_MIN: usize = 8;
 /// [`SurfacePoint::spawn`](crate::geometry::SurfacePoint::spawn), which holds for any triangle: the line of a ray that passes
 /// the test comes within `TRIANGLE_ERROR * R` of it at a `t` that is less than zero here. It is checked for each
 /// ray, in f64, where the rounding is 2⁻²⁹ of that.
-pub(super) fn is_clear<S: BlockSource>(rays: &[Shadow], light: &Light, source: &mut S) -> bool {
+pub(crate) fn is_clear<S: BlockSource>(rays: &[Shadow], light: &Light, source: &mut S) -> bool {
     if rays.len() < RAYS_MIN {
         return false;
     }

@@ -35,7 +35,11 @@ mod sort;
 mod stack;
 mod tile;
 
+pub(crate) use clear::is_clear;
 pub use plan::{Plan, PlanSettings, SceneSize};
+pub(crate) use renderer::splits;
 pub use renderer::{Job, RenderError, Renderer};
 pub use sight::Sight;
+pub(crate) use sort::sort_by_key;
+pub(crate) use tile::Places;
 pub use tile::{Tile, Tiling};

@@ -284,6 +284,15 @@ fn children_of(depth: u32, job: &Job<'_>) -> usize {
     }
 }
 
+/// How often paths may still split from a ray of this depth on.
+pub(crate) fn splits(shader: &Shader<'_>, depth: u32) -> usize {
+    let settings = shader.settings();
+    if !cfg!(feature = "specular") || shader.tables().needs.bits & Needs::SPECULAR == 0 {
+        return 0;
+    }
+    u32::from(SPLITS.min(settings.bounces)).saturating_sub(depth) as usize
+}
+
 /// Places of the stack that stay free when rays of this depth have been traced: one for each deeper bounce that may split.
 fn reserve(depth: u32, job: &Job<'_>) -> usize {
     let splits = SPLITS.min(job.shader.settings().bounces);

@@ -4,7 +4,7 @@ const GAPS: [usize; 12] = [19_937, 8861, 3938, 1750, 701, 301, 132, 57, 23, 10, 
 /// Sorts by a key, in place, equal keys in any order. O(n^4/3) moves or less for the lengths of queues.
 ///
 /// Not `sort_unstable_by_key`: that may panic (if comparing contradicts itself), and takes 48 items of stack.
-pub(super) fn sort_by_key<T: Copy>(items: &mut [T], key: impl Fn(&T) -> u32) {
+pub(crate) fn sort_by_key<T: Copy>(items: &mut [T], key: impl Fn(&T) -> u32) {
     for gap in GAPS {
         for from in gap..items.len() {
             let Some(&item) = items.get(from) else { break };

@@ -31,6 +31,12 @@ impl Tiling {
         Self { width, height, side, columns: width.div_ceil(side), rows: height.div_ceil(side) }
     }
 
+    /// Width of the picture \[pixels\].
+    #[must_use]
+    pub const fn width(&self) -> u32 {
+        self.width
+    }
+
     /// Number of tiles.
     #[must_use]
     pub const fn len(&self) -> u32 {
@@ -73,21 +79,21 @@ impl Tiling {
 
 /// A camera ray of a tile.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Place {
+pub(crate) struct Place {
     /// Column in the picture.
-    pub(super) x: u32,
+    pub(crate) x: u32,
     /// Row in the picture.
-    pub(super) y: u32,
+    pub(crate) y: u32,
     /// Index of the pixel in the tile, row by row.
-    pub(super) pixel: u16,
+    pub(crate) pixel: u16,
     /// The camera sample.
-    pub(super) sample: u32,
+    pub(crate) sample: u32,
 }
 
 /// The camera rays of a tile: squares of 4 × 4 pixels, in each sample by sample. So 64 in a row are 16 neighbouring
 /// pixels, and their rays stay close together from the eye to the lights.
 #[derive(Debug, Clone)]
-pub(super) struct Places {
+pub(crate) struct Places {
     tile: Tile,
     samples: u32,
     /// Square, sample and pixel of the square that come next.
@@ -101,7 +107,17 @@ const SQUARE: u32 = 4;
 
 impl Places {
     pub(super) const fn new(tile: Tile, samples: u32) -> Self {
-        Self { tile, samples, square: 0, sample: 0, at: 0 }
+        Self::resume(tile, samples, [0; 3])
+    }
+
+    /// Goes on from a [`state`](Self::state).
+    pub(crate) const fn resume(tile: Tile, samples: u32, [square, sample, at]: [u32; 3]) -> Self {
+        Self { tile, samples, square, sample, at }
+    }
+
+    /// Where it is.
+    pub(crate) const fn state(&self) -> [u32; 3] {
+        [self.square, self.sample, self.at]
     }
 }
 

@@ -181,6 +181,22 @@ impl Bundle {
 }
 
 impl Direct {
+    /// As plain data.
+    #[must_use]
+    pub fn pack(&self) -> [u32; 6] {
+        let [front, back] = self.answers.map(u32::from);
+        let [total, spacing, offset, at] =
+            [self.total, self.spacing, self.offset, self.at].map(f32::to_bits);
+        [self.next, front | back << 1, total, spacing, offset, at]
+    }
+
+    /// What was packed.
+    #[must_use]
+    pub fn unpack([next, answers, total, spacing, offset, at]: [u32; 6]) -> Self {
+        let [total, spacing, offset, at] = [total, spacing, offset, at].map(f32::from_bits);
+        Self { next, answers: [answers & 1 != 0, answers & 2 != 0], total, spacing, offset, at }
+    }
+
     /// Lays the next estimate on the line: the probability with which a tooth falls on it, if one does.
     fn probability(&mut self, estimate: f32) -> Option<f32> {
         if estimate >= self.spacing {

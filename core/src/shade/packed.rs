@@ -117,6 +117,16 @@ pub struct Shadow {
 }
 
 impl Shadow {
+    /// None: it hits nothing and brings nothing.
+    pub const NONE: Self = Self {
+        origin: [0.0; 3],
+        direction: [0.0; 3],
+        t_max: 0.0,
+        light: [0.0; 3],
+        source: 0,
+        pixel: 0,
+    };
+
     /// Packs a shadow ray to light `source`.
     #[must_use]
     pub fn new(shadow: &ShadowRay, source: u32, pixel: u16) -> Self {
@@ -190,6 +200,21 @@ impl PackedHit {
             }
         };
         Self { t: hit.t, b1: hit.b1, b2: hit.b2, material: hit.material, kind, data }
+    }
+
+    /// In place of a hit the optical depth of a shadow ray.
+    #[must_use]
+    pub fn of_depth([a, b, c]: [u32; 3]) -> Self {
+        let mut data = [0; 12];
+        data.iter_mut().zip([a, b, c]).for_each(|(place, steps)| *place = steps);
+        Self { data, ..Self::NONE }
+    }
+
+    /// The optical depth of a shadow ray.
+    #[must_use]
+    pub fn depth(&self) -> [u32; 3] {
+        let [a, b, c, ..] = self.data;
+        [a, b, c]
     }
 
     /// The hit.

@@ -1,0 +1,373 @@
+use super::outbox::Outbox;
+use super::rom::Blocks;
+use super::slots::{FetchSlot, RaySlot, Root, RootState, ShadowSlot, Stage};
+use super::tiles::Tiles;
+use super::{Counts, Lack, Next, NodePlan, Progress, Rom, Settings, Time, Work, World};
+use crate::network::{Channel, NodeId, Router};
+use crate::protocol::Message;
+use crate::shade::Sum;
+use crate::store::{Arena, ArenaFull, BlockCache, Budget, Line, Queue};
+
+/// A node of a mesh: the actor, in the memory it was lent.
+///
+/// It never waits: [`poll`](Self::poll) does a few microseconds of work, [`router`](Self::router) is where links bring and fetch packets.
+#[derive(Debug)]
+pub struct Node<'a, W> {
+    pub(super) world: W,
+    pub(super) settings: Settings,
+    pub(super) here: NodeId,
+    pub(super) router: Router<'a>,
+    pub(super) outbox: Outbox<'a>,
+    pub(super) blocks: Blocks<'a>,
+    pub(super) rays: &'a mut [RaySlot],
+    /// Numbers of free ray slots; the first `free_len` count.
+    pub(super) free: &'a mut [u16],
+    pub(super) free_len: usize,
+    /// Ray slots that can go on.
+    pub(super) ready: Queue<'a, u16>,
+    /// Shadow rays to be traced at the front, those that wait for a block at the end.
+    pub(super) shadows: &'a mut [ShadowSlot],
+    pub(super) fresh: usize,
+    pub(super) parked: usize,
+    /// Shadow rays are traced until none is left to be: they are sorted.
+    pub(super) draining: bool,
+    /// Tiles first, then visits.
+    pub(super) roots: &'a mut [Root],
+    pub(super) tiles: Tiles,
+    /// The sums of tile after tile.
+    pub(super) sums: &'a mut [Sum],
+    pub(super) fetches: &'a mut [FetchSlot],
+    /// Some ray waits for a block for which there was no frame.
+    pub(super) starved: bool,
+    /// The request packet that is being dealt with (rule 6).
+    pub(super) inbox: &'a mut [u8],
+    pub(super) inbox_at: usize,
+    pub(super) inbox_len: usize,
+    pub(super) inbox_from: NodeId,
+    /// A block that is being sent: to whom, which, and from which byte on.
+    pub(super) serving: Option<(NodeId, u32, usize)>,
+    /// Bytes of a block in a message.
+    pub(super) piece: usize,
+    /// Nodes that have let a request wait in vain.
+    pub(super) suspects: [u16; SUSPECTS],
+    /// How long fetches and rays have taken, smoothed \[ns\].
+    pub(super) fetch_time: u64,
+    pub(super) ray_time: u64,
+    /// No time limit passes before this moment.
+    pub(super) next_deadline: Time,
+    /// A block that no copy could be had of, to be reported.
+    pub(super) lost: Option<u32>,
+    pub(super) counts: Counts,
+    /// Of the step that is being taken.
+    pub(super) work: Work,
+    budget: Budget,
+}
+
+/// Nodes that can be suspected at once.
+pub(super) const SUSPECTS: usize = 8;
+
+/// Rays or bundles that a step works on before it looks for messages again.
+const QUANTUM: u32 = 8;
+/// Requests that a step deals with.
+const REQUESTS: u32 = 8;
+
+impl<'a, W: World> Node<'a, W> {
+    /// A node in its arena, with the blocks of `rom`.
+    ///
+    /// # Errors
+    /// [`ArenaFull`] if the arena is smaller than the plan.
+    pub fn new(
+        arena: &mut Arena<'a>,
+        plan: &NodePlan,
+        budget: Budget,
+        settings: Settings,
+        rom: Rom<'a>,
+        router: impl FnOnce(crate::network::RouterMemory<'a>) -> Option<Router<'a>>,
+        world: W,
+    ) -> Result<Self, ArenaFull> {
+        let memory = crate::network::RouterMemory {
+            slots: arena.carve(plan.router.slots())?,
+            fifos: arena.carve(plan.router.queues())?,
+            ports: arena.carve(usize::from(plan.router.ports))?,
+            bytes: arena.carve(plan.router.bytes())?,
+        };
+        let short = ArenaFull { need: plan.router.bytes(), have: 0 };
+        let router = router(memory).ok_or(short)?;
+        let payload = plan.payload();
+        let outbox = Outbox::new(
+            arena.carve(plan.bundles)?,
+            arena.carve(plan.bundles.saturating_mul(payload))?,
+            payload,
+        );
+        let free: &mut [u16] = arena.carve(plan.rays)?;
+        free.iter_mut().zip((0..plan.rays as u16).rev()).for_each(|(place, slot)| *place = slot);
+        let pixels = plan.tiles.saturating_mul(plan.pixels());
+        Ok(Self {
+            world,
+            settings,
+            here: router.here(),
+            router,
+            outbox,
+            rays: arena.carve(plan.rays)?,
+            free_len: free.len(),
+            free,
+            ready: Queue::new(arena.carve(plan.rays)?),
+            shadows: arena.carve(plan.shadows)?,
+            fresh: 0,
+            parked: 0,
+            draining: false,
+            roots: arena.carve(plan.tiles.saturating_add(plan.visits))?,
+            tiles: Tiles::new(plan.tiles, plan.pixels()),
+            sums: arena.carve(pixels)?,
+            fetches: arena.carve(plan.fetches)?,
+            starved: false,
+            inbox: arena.carve(payload)?,
+            inbox_at: 0,
+            inbox_len: 0,
+            inbox_from: NodeId(0),
+            serving: None,
+            piece: plan.piece(),
+            suspects: [u16::MAX; SUSPECTS],
+            fetch_time: 0,
+            ray_time: 0,
+            next_deadline: Time::NEVER,
+            lost: None,
+            counts: Counts::default(),
+            work: Work::default(),
+            blocks: Blocks { cache: BlockCache::new(arena, plan.block_bytes, plan.frames)?, rom },
+            budget,
+        })
+    }
+
+    /// The router, for its links.
+    pub const fn router(&mut self) -> &mut Router<'a> {
+        &mut self.router
+    }
+
+    /// What it computes.
+    pub const fn world(&self) -> &W {
+        &self.world
+    }
+
+    /// What it did so far.
+    pub fn counts(&self) -> Counts {
+        Counts { cache: self.blocks.cache.counts(), ..self.counts }
+    }
+
+    /// Its memory, line by line, with the most that each line ever held.
+    #[must_use]
+    pub fn budget(&self) -> Budget {
+        let mut budget = self.budget;
+        let frames = self.blocks.cache.counts().frames_peak as usize;
+        budget.note_peak(Line::Frames, frames);
+        budget.note_peak(Line::FrameTable, frames);
+        budget.note_peak(Line::Rays, self.counts.rays_peak as usize);
+        budget.note_peak(Line::Bundles, self.counts.shadows_peak as usize);
+        budget.note_peak(Line::Points, self.counts.visitors_peak as usize);
+        budget.note_peak(Line::Tile, self.counts.tiles_peak as usize);
+        budget.note_peak(Line::Messages, budget.line(Line::Messages).capacity);
+        budget
+    }
+
+    /// Rays, shadow rays and visits that it holds now.
+    #[must_use]
+    pub fn stored(&self) -> usize {
+        let visits = self.roots.iter().filter(|root| root.is_visit()).count();
+        self.rays.len() - self.free_len + self.fresh + self.parked + visits
+    }
+
+    /// Takes a step.
+    pub fn poll(&mut self, now: Time) -> Progress {
+        self.work = Work::default();
+        self.replies(now);
+        self.requests(now, REQUESTS);
+        if now >= self.next_deadline {
+            self.deadlines(now);
+        }
+        if self.starved {
+            self.feed(now);
+        }
+        let mut ran = false;
+        for _ in 0..QUANTUM {
+            if !self.step(now) {
+                break;
+            }
+            ran = true;
+        }
+        self.answer_visits(now);
+        self.send_tiles(now);
+        self.send_fetches(now);
+        self.report_lost(now);
+        self.ask_for_tiles(now);
+        let runnable = ran && self.is_runnable();
+        let age = self.settings.bundle_age;
+        self.outbox.flush(&mut self.router, now, age, !runnable, &mut self.counts, &mut self.work);
+        let next = if runnable || self.has_mail() {
+            Next::Now
+        } else {
+            // What is still in the outbox waits for room, which a link makes.
+            let until = self.next_deadline.min(self.tiles.until(now));
+            Next::Wait { until, lack: self.lack() }
+        };
+        Progress { work: self.work, next }
+    }
+
+    /// One unit of work: `false` if nothing can go on.
+    fn step(&mut self, now: Time) -> bool {
+        if self.fresh == 0 {
+            self.draining = false;
+        }
+        if self.draining || self.fresh > 0 && !self.has_shadow_room() {
+            return self.light(now);
+        }
+        let mut stalled = 0;
+        while stalled < self.ready.len() {
+            let Some(slot) = self.ready.dequeue() else { break };
+            if self.advance(slot, now) {
+                return true;
+            }
+            // Cannot go on for want of room: the others may.
+            stalled = stalled.saturating_add(1);
+            self.enqueue(slot);
+        }
+        if stalled > 0 {
+            self.counts.stalls = self.counts.stalls.saturating_add(1);
+        }
+        if stalled == 0 && self.open_camera_rays() {
+            return true;
+        }
+        self.fresh > 0 && self.light(now)
+    }
+
+    fn is_runnable(&self) -> bool {
+        self.fresh > 0 || !self.ready.is_empty() || self.can_open_camera_rays()
+    }
+
+    /// Whether a packet lies here that could be dealt with now.
+    fn has_mail(&self) -> bool {
+        let request = self.inbox_at < self.inbox_len
+            || self.serving.is_some()
+            || self.router.arrived(Channel::Request).is_some();
+        self.router.arrived(Channel::Reply).is_some()
+            || request && self.outbox.has_room(&self.router, Channel::Reply)
+    }
+
+    fn lack(&self) -> Lack {
+        if self.fetches.iter().any(|fetch| fetch.state != 0) {
+            Lack::Data
+        } else if self.rays.iter().any(|slot| slot.stage() == Stage::Away) {
+            Lack::Answers
+        } else if !self.outbox.is_empty() {
+            Lack::Credit
+        } else {
+            Lack::Tiles
+        }
+    }
+
+    pub(super) fn push(&mut self, to: NodeId, message: &Message<'_>, now: Time) -> bool {
+        let Self { outbox, router, counts, work, .. } = self;
+        outbox.push(router, to, message, now, counts, work)
+    }
+
+    pub(super) fn enqueue(&mut self, slot: u16) {
+        // There are as many places as slots, and a slot is in the queue once.
+        let full = self.ready.enqueue(slot).is_err();
+        debug_assert!(!full, "a slot is queued once");
+    }
+
+    pub(super) fn note_deadline(&mut self, at: Time) {
+        self.next_deadline = self.next_deadline.min(at);
+    }
+
+    /// Adds what a ray has brought to what waits for it.
+    pub(super) fn add(&mut self, root: u16, pixel: u16, sum: Sum) {
+        if let Some(place) = self.tiles.sum_of(usize::from(root), usize::from(pixel)) {
+            if let Some(pixel) = self.sums.get_mut(place) {
+                pixel.add(sum);
+            }
+        } else if let Some(root) = self.roots.get_mut(usize::from(root)) {
+            root.sum.add(sum);
+        }
+    }
+
+    /// One more ray belongs to a root.
+    pub(super) fn open(&mut self, root: u16) {
+        if let Some(root) = self.roots.get_mut(usize::from(root)) {
+            root.open = root.open.saturating_add(1);
+        }
+    }
+
+    /// A ray of a root has ended.
+    pub(super) fn close(&mut self, root: u16) {
+        let Some(root) = self.roots.get_mut(usize::from(root)) else { return };
+        debug_assert!(root.open > 0, "a ray ends once");
+        root.open = root.open.saturating_sub(1);
+        if root.open == 0 {
+            match root.state() {
+                RootState::Visit => root.set_state(RootState::Answering),
+                RootState::Rendering => root.set_state(RootState::Sending),
+                _ => {}
+            }
+        }
+    }
+
+    /// Answers the visits that have ended. A visit keeps its answer until there is room for it (rule 3).
+    fn answer_visits(&mut self, now: Time) {
+        for at in self.tiles.len()..self.roots.len() {
+            let Some(root) = self.roots.get(at) else { break };
+            if root.state() != RootState::Answering {
+                continue;
+            }
+            let (to, sum) = (root.to, root.sum);
+            if !self.push(to.node(), &Message::Answer { to, sum }, now) {
+                break;
+            }
+            self.free_root(at);
+        }
+    }
+
+    pub(super) fn free_root(&mut self, at: usize) {
+        if let Some(root) = self.roots.get_mut(at) {
+            *root = bytemuck::Zeroable::zeroed();
+        }
+    }
+
+    /// What it holds, in words.
+    #[cfg(test)]
+    pub(super) fn summary(&self) -> std::string::String {
+        let rays: std::vec::Vec<_> = self
+            .rays
+            .iter()
+            .map(|r| (r.stage(), r.root, r.trail().block(), r.ray.depth(), r.home, r.tries))
+            .collect();
+        let roots: std::vec::Vec<_> =
+            self.roots.iter().map(|r| (r.state(), r.open, r.tile)).collect();
+        let fetches: std::vec::Vec<_> =
+            self.fetches.iter().map(|f| (f.block, f.state, f.tries)).collect();
+        std::format!(
+            "{} next {:?} mail {} rays {rays:?} ready {} free {} fresh {} parked {} draining {} roots {roots:?} fetches {fetches:?} starved {} tiles {:?} outbox empty {} serving {:?} inbox {}/{}",
+            self.here.0,
+            self.next_deadline,
+            self.has_mail(),
+            self.ready.len(),
+            self.free_len,
+            self.fresh,
+            self.parked,
+            self.draining,
+            self.starved,
+            self.tiles,
+            self.outbox.is_empty(),
+            self.serving,
+            self.inbox_at,
+            self.inbox_len
+        )
+    }
+
+    fn report_lost(&mut self, now: Time) {
+        if let Some(block) = self.lost
+            && self.push(crate::network::HOST, &Message::Lost { block }, now)
+        {
+            self.lost = None;
+        }
+    }
+}

@@ -1,0 +1,250 @@
+use super::actor::SUSPECTS;
+use super::rom::Blocks;
+use super::slots::FetchSlot;
+use super::{Node, Time, World};
+use crate::network::NodeId;
+use crate::protocol::Message;
+use crate::store::{Claim, Place};
+
+/// Requests without an answer after which a block counts as lost.
+const FETCH_TRIES: u8 = 16;
+
+impl<W: World> Node<'_, W> {
+    /// Sees to it that a block comes: reserves its frame, and asks for it. A request joins one that is under way.
+    ///
+    /// The frame is taken before the request leaves, and kept until the block was used once (rule 11); where none can be had
+    /// the ray waits without holding anything (rule 13), and is asked for again when one may be free.
+    pub(super) fn want(&mut self, block: u32, now: Time) {
+        match self.blocks.cache.place(block) {
+            Place::OnItsWay => return,
+            Place::Cached | Place::Owned => {
+                self.wake(block);
+                return;
+            }
+            Place::Remote => {}
+        }
+        let free = self.fetches.iter().position(|fetch| fetch.state == FREE);
+        let Some(at) = free.filter(|_| self.blocks.cache.reserve(block, Claim::Demand).is_ok())
+        else {
+            self.starved = true;
+            self.counts.stalls = self.counts.stalls.saturating_add(1);
+            return;
+        };
+        if let Some(fetch) = self.fetches.get_mut(at) {
+            *fetch = FetchSlot {
+                block,
+                begun: super::rays::ticks(now),
+                state: TO_BE_SENT,
+                ..bytemuck::Zeroable::zeroed()
+            };
+        }
+    }
+
+    /// Sends the requests for blocks that have not left.
+    pub(super) fn send_fetches(&mut self, now: Time) {
+        for at in 0..self.fetches.len() {
+            let Some(&(mut fetch)) = self.fetches.get(at) else { break };
+            if fetch.state != TO_BE_SENT {
+                continue;
+            }
+            let offset = fetch.first_missing().saturating_mul(self.piece) as u32;
+            let block = fetch.block;
+            let Some(to) = self.owner_for(block, fetch.tries) else {
+                self.lost = Some(block);
+                continue;
+            };
+            if !self.push(to, &Message::Fetch { block, offset }, now) {
+                break;
+            }
+            let limit = self.settings.patience.0.max(self.fetch_time.saturating_mul(8));
+            let limit = limit.saturating_mul(1 << fetch.tries.min(5));
+            fetch.asked = to.0;
+            fetch.state = SENT;
+            fetch.deadline = now.after(Time(limit)).0;
+            if let Some(place) = self.fetches.get_mut(at) {
+                *place = fetch;
+            }
+            self.note_deadline(Time(fetch.deadline));
+        }
+    }
+
+    /// All time limits: those that have passed act, the next one is noted.
+    pub(super) fn deadlines(&mut self, now: Time) {
+        self.next_deadline = Time::NEVER;
+        self.ray_deadlines(now);
+        self.tile_deadlines(now);
+        for at in 0..self.fetches.len() {
+            let Some(&(mut fetch)) = self.fetches.get(at) else { break };
+            if fetch.state != SENT {
+                continue;
+            }
+            if now.0 < fetch.deadline {
+                self.note_deadline(Time(fetch.deadline));
+                continue;
+            }
+            self.suspect(fetch.asked());
+            self.counts.fetches_again = self.counts.fetches_again.saturating_add(1);
+            fetch.tries = fetch.tries.saturating_add(1);
+            fetch.again = 1;
+            fetch.state = TO_BE_SENT;
+            if fetch.tries >= FETCH_TRIES {
+                // It goes on asking: who was thought dead may come back.
+                self.lost = Some(fetch.block);
+            }
+            if let Some(place) = self.fetches.get_mut(at) {
+                *place = fetch;
+            }
+        }
+    }
+
+    /// A piece of a block has gone to its frame, or was dropped.
+    pub(super) fn on_piece(&mut self, placed: Option<Piece>, now: Time) {
+        let Some(Piece { at, bytes, complete }) = placed else {
+            self.counts.unasked = self.counts.unasked.saturating_add(1);
+            return;
+        };
+        self.work.copied = self.work.copied.saturating_add(bytes as u64);
+        let patience = self.settings.patience.0.max(self.fetch_time.saturating_mul(8));
+        let Some(fetch) = self.fetches.get_mut(at) else { return };
+        fetch.tries = 0;
+        fetch.deadline = now.after(Time(patience)).0;
+        if !complete {
+            return;
+        }
+        let block = fetch.block;
+        let took =
+            u64::from(super::rays::ticks(now).wrapping_sub(fetch.begun)) << super::rays::TICK;
+        fetch.state = FREE;
+        // What was asked for twice tells nothing about how long it takes (Karn & Partridge 1987).
+        if fetch.again == 0 {
+            self.fetch_time = smoothed(self.fetch_time, took);
+        }
+        let whole = self.blocks.cache.block_bytes() as u64;
+        self.work.checked = self.work.checked.saturating_add(whole);
+        let Self { world, blocks, .. } = self;
+        let sound = blocks.cache.incoming(block).is_some_and(|bytes| world.check(block, bytes));
+        if sound {
+            self.blocks.cache.arrived(block);
+            self.wake(block);
+        } else {
+            self.counts.blocks_refused = self.counts.blocks_refused.saturating_add(1);
+            self.blocks.cache.discard(block);
+            self.want(block, now);
+        }
+    }
+
+    /// Sends the pieces of a block that another node has asked for: `false` if there is no room for more now.
+    ///
+    /// The request stays at the head of its buffer until its last piece is out.
+    pub(super) fn serve(&mut self, now: Time) -> bool {
+        while let Some((to, block, offset)) = self.serving {
+            let Some(bytes) = self.blocks.rom.block(block) else { break };
+            let rest = bytes.get(offset..).unwrap_or_default();
+            if rest.is_empty() {
+                break;
+            }
+            let piece = rest.get(..self.piece).unwrap_or(rest);
+            let message = Message::Part { block, offset: offset as u32, bytes: piece };
+            if !self.push(to, &message, now) {
+                return false;
+            }
+            self.serving = Some((to, block, offset.saturating_add(piece.len())));
+        }
+        self.serving = None;
+        true
+    }
+
+    /// The node to ask for a block, or to send a ray to: the nearest copy of those that answer; others in turn after each try.
+    pub(super) fn owner_for(&self, block: u32, tries: u8) -> Option<NodeId> {
+        let placement = &self.settings.placement;
+        let copies = placement.copies();
+        if copies <= 1 {
+            return placement.owner(block, 0).filter(|&owner| owner != self.here);
+        }
+        let rank = u16::from(tries).checked_rem(copies)?;
+        let mut last = None;
+        let mut chosen = None;
+        // The `rank`th in order, by repeated search: copies are few.
+        for _ in 0..=rank {
+            let mut best: Option<((bool, u16, u16), NodeId)> = None;
+            for copy in 0..copies {
+                let Some(owner) = placement.owner(block, copy) else { continue };
+                let distance = self.router.mesh().distance(self.here, owner);
+                let key = (self.is_suspect(owner), distance, copy);
+                let behind = last.is_none_or(|last| key > last);
+                if owner != self.here && behind && best.is_none_or(|(least, _)| key < least) {
+                    best = Some((key, owner));
+                }
+            }
+            let Some((key, owner)) = best else { break };
+            (last, chosen) = (Some(key), Some(owner));
+        }
+        chosen
+    }
+
+    /// A node has let a request wait in vain.
+    pub(super) fn suspect(&mut self, node: NodeId) {
+        if !self.is_suspect(node) {
+            self.suspects.rotate_right(1);
+            if let Some(first) = self.suspects.first_mut() {
+                *first = node.0;
+            }
+        }
+    }
+
+    /// A node has been heard of.
+    pub(super) fn clear(&mut self, node: NodeId) {
+        for suspect in self.suspects.iter_mut().filter(|suspect| **suspect == node.0) {
+            *suspect = u16::MAX;
+        }
+    }
+
+    fn is_suspect(&self, node: NodeId) -> bool {
+        const { assert!(SUSPECTS > 0) };
+        self.suspects.contains(&node.0)
+    }
+}
+
+/// What became of a piece of a block.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Piece {
+    at: usize,
+    bytes: usize,
+    /// It was the last one.
+    complete: bool,
+}
+
+/// Copies a piece of a block straight to its frame. `None` for a late or doubled one (rules 3, 14), or one of a wrong size.
+pub(super) fn place(
+    blocks: &mut Blocks<'_>,
+    fetches: &mut [FetchSlot],
+    piece: usize,
+    block: u32,
+    offset: u32,
+    bytes: &[u8],
+) -> Option<Piece> {
+    let whole = blocks.cache.block_bytes();
+    let begin = offset as usize;
+    let end = begin.checked_add(bytes.len())?;
+    let sized = bytes.len() == piece && end <= whole || end == whole && bytes.len() < piece;
+    if begin.checked_rem(piece)? != 0 || !sized {
+        return None;
+    }
+    let at = fetches.iter().position(|fetch| fetch.state != FREE && fetch.block == block)?;
+    let fetch = fetches.get_mut(at)?;
+    if !fetch.note(begin.checked_div(piece)?) {
+        return None;
+    }
+    blocks.cache.incoming(block)?.get_mut(begin..end)?.copy_from_slice(bytes);
+    let complete = fetch.first_missing() >= whole.div_ceil(piece);
+    Some(Piece { at, bytes: bytes.len(), complete })
+}
+
+const FREE: u8 = 0;
+const TO_BE_SENT: u8 = 1;
+const SENT: u8 = 2;
+
+/// A running mean over about eight values.
+pub(super) const fn smoothed(mean: u64, value: u64) -> u64 {
+    if mean == 0 { value } else { (mean.saturating_mul(7).saturating_add(value)) / 8 }
+}

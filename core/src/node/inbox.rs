@@ -1,0 +1,135 @@
+use super::outbox::kind_of;
+use super::{Node, Time, World};
+use crate::network::{Channel, NodeId};
+use crate::protocol::{Items, Message};
+
+/// Replies handled in a step.
+const REPLIES: usize = 16;
+
+impl<W: World> Node<'_, W> {
+    /// Replies are consumed at once: they change a record, or are dropped; what follows is kept there (rule 3).
+    pub(super) fn replies(&mut self, now: Time) {
+        for _ in 0..REPLIES {
+            let Some((from, len)) = self.router.arrived(Channel::Reply).map(|(f, b)| (f, b.len()))
+            else {
+                break;
+            };
+            let mut at = 0;
+            while at < len {
+                let Some(used) = self.reply(from, at, now) else { break };
+                at = at.saturating_add(used);
+            }
+            self.router.consume(Channel::Reply);
+        }
+    }
+
+    /// Handles the reply that begins at byte `at` of the packet that has arrived: its length.
+    fn reply(&mut self, from: NodeId, at: usize, now: Time) -> Option<usize> {
+        let bytes = self.router.arrived(Channel::Reply)?.1;
+        let mut items = Items::new(bytes.get(at..)?);
+        let before = items.rest_len();
+        let message = items.next();
+        let used = before.saturating_sub(items.rest_len());
+        let Some(message) = message else {
+            self.counts.damaged = self.counts.damaged.saturating_add(1);
+            return None;
+        };
+        self.work.messages = self.work.messages.saturating_add(1);
+        let kind = kind_of(&message, &mut self.counts.received);
+        kind.count = kind.count.saturating_add(1);
+        kind.bytes = kind.bytes.saturating_add(used as u64);
+        match message {
+            Message::Part { block, offset, bytes } => {
+                let Self { blocks, fetches, piece, .. } = self;
+                let placed = super::fetch::place(blocks, fetches, *piece, block, offset, bytes);
+                self.on_piece(placed, now);
+            }
+            Message::Answer { to, sum } => match self.away(&to).copied() {
+                Some(slot) => {
+                    let took = super::rays::ticks(now).wrapping_sub(slot.sent);
+                    let took = u64::from(took) << super::rays::TICK;
+                    if slot.tries == 0 && slot.refusals == 0 {
+                        self.ray_time = super::fetch::smoothed(self.ray_time, took);
+                    }
+                    self.add(slot.root, slot.ray.pixel(), sum);
+                    self.free_slot(to.slot());
+                }
+                None => self.counts.unasked = self.counts.unasked.saturating_add(1),
+            },
+            Message::Refusal { to } => self.on_refusal(&to, now),
+            Message::AtWork { to } => match self.away(&to) {
+                // Its time limit begins anew, and is longer.
+                Some(slot) => {
+                    slot.sent = super::rays::ticks(now);
+                    slot.limit = slot.limit.saturating_mul(2).min(u32::MAX / 4);
+                }
+                None => self.counts.unasked = self.counts.unasked.saturating_add(1),
+            },
+            Message::Grant { number, first, count, wait } => {
+                self.on_grant(number, first, count, wait, now);
+            }
+            Message::Accepted { tile } => self.on_accepted(tile),
+            _ => self.counts.unasked = self.counts.unasked.saturating_add(1),
+        }
+        self.clear(from);
+        Some(used)
+    }
+
+    /// Requests are consumed too, each waiting at most for room to answer it (rules 4, 5).
+    pub(super) fn requests(&mut self, now: Time, most: u32) {
+        for _ in 0..most {
+            if !self.serve(now) || !self.outbox.has_room(&self.router, Channel::Reply) {
+                return;
+            }
+            if self.inbox_at >= self.inbox_len && !self.take_requests() {
+                return;
+            }
+            self.request(now);
+        }
+    }
+
+    /// Takes the next packet of requests off the router, so that its link is free.
+    fn take_requests(&mut self) -> bool {
+        let Some((from, bytes)) = self.router.arrived(Channel::Request) else { return false };
+        let len = bytes.len().min(self.inbox.len());
+        if let (Some(place), Some(bytes)) = (self.inbox.get_mut(..len), bytes.get(..len)) {
+            place.copy_from_slice(bytes);
+        }
+        (self.inbox_from, self.inbox_at, self.inbox_len) = (from, 0, len);
+        self.work.copied = self.work.copied.saturating_add(len as u64);
+        self.router.consume(Channel::Request);
+        true
+    }
+
+    fn request(&mut self, now: Time) {
+        let bytes = self.inbox.get(self.inbox_at..self.inbox_len).unwrap_or_default();
+        let mut items = Items::new(bytes);
+        let message = items.next();
+        self.inbox_at = self.inbox_len.saturating_sub(items.rest_len());
+        let used = bytes.len().saturating_sub(items.rest_len());
+        let Some(message) = message else {
+            self.counts.damaged = self.counts.damaged.saturating_add(1);
+            return;
+        };
+        self.work.messages = self.work.messages.saturating_add(1);
+        let kind = kind_of(&message, &mut self.counts.received);
+        kind.count = kind.count.saturating_add(1);
+        kind.bytes = kind.bytes.saturating_add(used as u64);
+        let from = self.inbox_from;
+        match message {
+            Message::Fetch { block, offset } => {
+                let known = self.blocks.rom.holds(block) && (offset as usize).is_multiple_of(4);
+                if known {
+                    self.serving = Some((from, block, offset as usize));
+                    self.serve(now);
+                } else {
+                    self.counts.unasked = self.counts.unasked.saturating_add(1);
+                }
+            }
+            Message::Ray(ray) => self.on_ray(&ray, now),
+            Message::Ask { number, .. } => self.on_ask(from, number, now),
+            _ => self.counts.unasked = self.counts.unasked.saturating_add(1),
+        }
+        self.clear(from);
+    }
+}

@@ -1,0 +1,173 @@
+use super::{Counts, Kind, Time, Work};
+use crate::network::{Channel, NodeId, Router};
+use crate::protocol::{Message, write};
+use bytemuck::{Pod, Zeroable};
+
+/// Open bundles of messages: those of one destination, channel and priority leave in one packet.
+///
+/// One leaves when it is full, when it is too old, when the table is full, and all leave when the node has nothing to run (rule 6).
+/// Each channel always has a place of its own (rule 1).
+#[derive(Debug)]
+pub(super) struct Outbox<'a> {
+    open: &'a mut [Open],
+    bytes: &'a mut [u8],
+    payload: usize,
+}
+
+/// A bundle that may still grow.
+#[derive(Debug, Clone, Copy, Pod, Zeroable)]
+#[repr(C)]
+pub(super) struct Open {
+    since: u64,
+    to: u16,
+    len: u16,
+    priority: u8,
+    /// 0 free, else the channel plus one.
+    state: u8,
+    _zero: [u8; 2],
+}
+
+impl Open {
+    fn is(&self, channel: Channel) -> bool {
+        self.state == channel as u8 + 1
+    }
+}
+
+impl<'a> Outbox<'a> {
+    /// Bundles of `payload` bytes; at least one for each channel.
+    pub(super) fn new(open: &'a mut [Open], bytes: &'a mut [u8], payload: usize) -> Self {
+        Self { open, bytes, payload }
+    }
+
+    /// Whether `count` more messages of this size and channel find room, wherever they go.
+    pub(super) fn has_room(&self, router: &Router<'_>, channel: Channel) -> bool {
+        self.place(channel).is_some() || router.room(channel) > 0
+    }
+
+    /// Adds a message. `false` if there is no room for it now.
+    pub(super) fn push(
+        &mut self,
+        router: &mut Router<'_>,
+        to: NodeId,
+        message: &Message<'_>,
+        now: Time,
+        counts: &mut Counts,
+        work: &mut Work,
+    ) -> bool {
+        let (channel, priority) = (message.channel(), message.priority());
+        let fits = |open: &Open| open.is(channel) && open.to == to.0 && open.priority == priority;
+        let mut found = None;
+        for at in 0..self.open.len() {
+            let Some(open) = self.open.get(at).copied().filter(fits) else { continue };
+            found = self.append(at, open, message);
+            if found.is_none() && router.room(channel) > 0 {
+                // Full: it leaves, and makes place.
+                self.send(router, at, counts, work);
+            }
+            if found.is_some() {
+                break;
+            }
+        }
+        if found.is_none() {
+            let at = match self.place(channel) {
+                Some(at) => at,
+                None => {
+                    let oldest = self.oldest(channel).filter(|_| router.room(channel) > 0);
+                    let Some(at) = oldest else { return false };
+                    self.send(router, at, counts, work);
+                    at
+                }
+            };
+            let state = channel as u8 + 1;
+            let open = Open { since: now.0, to: to.0, len: 0, priority, state, _zero: [0; 2] };
+            found = self.append(at, open, message);
+        }
+        let Some(bytes) = found else { return false };
+        let kind = kind_of(message, &mut counts.sent);
+        kind.count = kind.count.saturating_add(1);
+        kind.bytes = kind.bytes.saturating_add(bytes as u64);
+        work.messages = work.messages.saturating_add(1);
+        work.copied = work.copied.saturating_add(bytes as u64);
+        true
+    }
+
+    /// Sends what may not wait longer: all that is urgent or too old, or all.
+    pub(super) fn flush(
+        &mut self,
+        router: &mut Router<'_>,
+        now: Time,
+        age: Time,
+        all: bool,
+        counts: &mut Counts,
+        work: &mut Work,
+    ) {
+        for at in 0..self.open.len() {
+            let Some(open) = self.open.get(at).copied().filter(|open| open.state != 0) else {
+                continue;
+            };
+            let due = open.priority < PATIENT || now.0.saturating_sub(open.since) >= age.0;
+            let channel = if open.is(Channel::Request) { Channel::Request } else { Channel::Reply };
+            if (all || due) && router.room(channel) > 0 {
+                self.send(router, at, counts, work);
+            }
+        }
+    }
+
+    pub(super) fn is_empty(&self) -> bool {
+        self.open.iter().all(|open| open.state == 0)
+    }
+
+    /// A free place that this channel may take: one stays for the other channel.
+    fn place(&self, channel: Channel) -> Option<usize> {
+        let mine = self.open.iter().filter(|open| open.is(channel)).count();
+        let free = self.open.iter().position(|open| open.state == 0)?;
+        (mine.saturating_add(1) < self.open.len()).then_some(free)
+    }
+
+    fn oldest(&self, channel: Channel) -> Option<usize> {
+        let mine = self.open.iter().enumerate().filter(|(_, open)| open.is(channel));
+        mine.min_by_key(|(_, open)| (open.since, open.priority)).map(|(at, _)| at)
+    }
+
+    /// Writes a message behind those of a bundle: its length, if there is room.
+    fn append(&mut self, at: usize, mut open: Open, message: &Message<'_>) -> Option<usize> {
+        let begin = at.checked_mul(self.payload)?;
+        let room = self.bytes.get_mut(begin..)?.get_mut(..self.payload)?;
+        let before = usize::from(open.len);
+        let len = write(room, before, message)?;
+        open.len = len as u16;
+        *self.open.get_mut(at)? = open;
+        Some(len.saturating_sub(before))
+    }
+
+    fn send(&mut self, router: &mut Router<'_>, at: usize, counts: &mut Counts, work: &mut Work) {
+        let Some(open) = self.open.get_mut(at) else { return };
+        let channel = if open.is(Channel::Request) { Channel::Request } else { Channel::Reply };
+        let begin = at.saturating_mul(self.payload);
+        let bytes = self.bytes.get(begin..).and_then(|bytes| bytes.get(..usize::from(open.len)));
+        let Some(bytes) = bytes else { return };
+        if router.inject(NodeId(open.to), channel, open.priority, bytes).is_ok() {
+            counts.packets = counts.packets.saturating_add(1);
+            work.copied = work.copied.saturating_add(bytes.len() as u64);
+            *open = Open::zeroed();
+        }
+    }
+}
+
+/// Priorities below this one do not wait for company.
+const PATIENT: u8 = 4;
+
+/// Where a message is counted.
+pub(super) fn kind_of<'k>(message: &Message<'_>, kinds: &'k mut super::Kinds) -> &'k mut Kind {
+    match message {
+        Message::Fetch { .. } | Message::Lost { .. } => &mut kinds.fetch,
+        Message::Part { .. } => &mut kinds.part,
+        Message::Ask { .. }
+        | Message::Grant { .. }
+        | Message::Pixels { .. }
+        | Message::Accepted { .. } => &mut kinds.tile,
+        Message::Ray(_) => &mut kinds.ray,
+        Message::Answer { .. } => &mut kinds.answer,
+        Message::Refusal { .. } | Message::AtWork { .. } => &mut kinds.refusal,
+    }
+}

@@ -1,0 +1,245 @@
+use super::outbox::Open;
+use super::slots::{FetchSlot, RaySlot, Root, ShadowSlot};
+use super::{RayKind, Schedule};
+use crate::network::{Fifo, Mesh, NodeId, PortState, RouterSize, Slot};
+use crate::protocol::Item;
+use crate::shade::Sum;
+use crate::store::{
+    Arena, Budget, BudgetError, Line, LineBudget, frame_table_bytes, frames_that_fit,
+};
+
+/// How the memory of a node of a mesh is divided: the lengths of all lines.
+///
+/// Each line has a least length with which everything works, one ray at a time. What memory there is beyond it is divided between rays under
+/// way and block frames: the rays are doubled as long as frames keep half of it, and get the rest.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct NodePlan {
+    /// Buffers of the links.
+    pub router: RouterSize,
+    /// Open bundles of messages.
+    pub bundles: usize,
+    /// Rays under way.
+    pub rays: usize,
+    /// Shadow rays that wait; 0 where each is a ray of its own.
+    pub shadows: usize,
+    /// Tiles in work.
+    pub tiles: usize,
+    /// Rays of other nodes.
+    pub visits: usize,
+    /// Pixels along a tile.
+    pub side: usize,
+    /// Blocks that can be asked for at once.
+    pub fetches: usize,
+    /// Block frames.
+    pub frames: usize,
+    /// Bytes of a block.
+    pub block_bytes: usize,
+    /// Blocks of its own that lie in the arena rather than in read-only memory.
+    pub owned: usize,
+}
+
+/// What of a run decides about a node's memory.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct NodeNeeds {
+    /// Where it is.
+    pub mesh: Mesh,
+    /// See `mesh`.
+    pub here: NodeId,
+    /// Bytes of a block.
+    pub block_bytes: usize,
+    /// Blocks that it has to fetch when it needs them.
+    pub remote: usize,
+    /// Blocks of its own that shall lie in the arena.
+    pub owned: usize,
+    /// How often a path may split, at most: `0` where no surface is specular.
+    pub splits: usize,
+    /// Which rays go where.
+    pub schedule: Schedule,
+    /// Pixels along a tile.
+    pub side: usize,
+    /// Greatest payload of a packet \[bytes\]; 0 for the [default](NodePlan::packet).
+    pub packet: usize,
+    /// Packets in each buffer; 0 for the default.
+    pub depth: u16,
+}
+
+/// Least and greatest payload of a packet: a ray must fit, and a length 16 bits.
+pub(super) const PAYLOAD_MIN: usize = 256;
+pub(super) const PAYLOAD_MAX: usize = 16 << 10;
+/// Of the memory, frames get at least this part, or as many as there are blocks: a half.
+const FRAMES_PART: usize = 2;
+/// How often the rays under way may be doubled.
+const STEPS: u32 = 7;
+
+const _: () = assert!(Item::RAY_BYTES <= PAYLOAD_MIN);
+
+impl NodePlan {
+    /// Divides `memory` bytes.
+    ///
+    /// # Errors
+    /// [`BudgetError`] if even single rays do not fit: then what each line needs at least.
+    pub fn new(memory: usize, needs: &NodeNeeds) -> Result<Self, BudgetError> {
+        let least = Self::of(0, memory, needs);
+        least.budget(memory)?;
+        let mut best = least;
+        for step in 1..=STEPS {
+            let plan = Self::of(step, memory, needs);
+            let all = plan.with_frames(needs.remote).frame_bytes();
+            let rest = memory.saturating_sub(plan.bytes());
+            if plan.bytes() > memory || rest < (memory / FRAMES_PART).min(all) {
+                break;
+            }
+            best = plan;
+        }
+        let left = memory.saturating_sub(best.with_frames(0).bytes());
+        let frames = frames_that_fit(left, best.block_bytes).min(needs.remote).max(best.frames);
+        let mut plan = best.with_frames(frames);
+        plan.fetches = plan.fetches.min(frames);
+        Ok(plan)
+    }
+
+    /// The least lengths with which everything works.
+    #[must_use]
+    pub fn least(needs: &NodeNeeds) -> Self {
+        Self::of(0, 0, needs)
+    }
+
+    /// The payload of packets for a memory, where none is asked for: a 128th of it.
+    #[must_use]
+    pub fn packet(memory: usize, block_bytes: usize) -> usize {
+        let fraction = (memory / 128).next_multiple_of(64);
+        // A block and its header fit the greatest useful one.
+        let whole = block_bytes.saturating_add(Item::PART_BYTES).next_multiple_of(64);
+        fraction.min(whole).clamp(Self::packet_min(block_bytes), PAYLOAD_MAX)
+    }
+
+    /// The least payload: a ray fits, and a block has no more pieces than can be counted.
+    #[must_use]
+    pub fn packet_min(block_bytes: usize) -> usize {
+        let piece = block_bytes.div_ceil(FetchSlot::PIECES).saturating_add(Item::PART_BYTES);
+        piece.next_multiple_of(64).max(PAYLOAD_MIN)
+    }
+
+    fn of(step: u32, memory: usize, needs: &NodeNeeds) -> Self {
+        let shadows_migrate = needs.schedule.migrates(RayKind::Shadow);
+        let migrates = needs.mesh.nodes() > 1
+            && (needs.schedule.migrates(RayKind::Camera)
+                || needs.splits > 0 && needs.schedule.migrates(RayKind::Specular));
+        let least = needs.splits.saturating_add(1).saturating_add(usize::from(shadows_migrate));
+        let rays = if step == 0 { least } else { (4_usize << step).max(least) };
+        let payload = match needs.packet {
+            0 => Self::packet(memory, needs.block_bytes),
+            bytes => bytes.clamp(Self::packet_min(needs.block_bytes), PAYLOAD_MAX),
+        };
+        let depth = match (needs.depth, memory) {
+            (0, ..0x1_8000) => 1,
+            (0, ..0x10_0000) => 2,
+            (0, _) => 4,
+            (depth, _) => depth,
+        };
+        let remote = usize::from(needs.remote > 0);
+        Self {
+            router: RouterSize::new(&needs.mesh, needs.here, depth, payload as u16),
+            bundles: if step == 0 { 2 } else { 2_usize.saturating_add(step as usize) },
+            rays,
+            shadows: match (shadows_migrate, step) {
+                (true, _) => 0,
+                (false, 0) => 1,
+                (false, _) => rays.saturating_mul(4),
+            },
+            tiles: match step {
+                0 | 1 => 1,
+                2 => 2,
+                _ => 3,
+            },
+            visits: if migrates { (rays / 2).max(1) } else { 0 },
+            side: needs.side.max(1),
+            fetches: if step == 0 { remote } else { remote.saturating_mul(rays) },
+            frames: remote,
+            block_bytes: needs.block_bytes,
+            owned: needs.owned,
+        }
+    }
+
+    fn with_frames(self, frames: usize) -> Self {
+        Self { frames, ..self }
+    }
+
+    /// Greatest payload of a packet \[bytes\].
+    #[must_use]
+    pub const fn payload(&self) -> usize {
+        self.router.payload as usize
+    }
+
+    /// Bytes of a block in a packet: a multiple of four.
+    #[must_use]
+    pub const fn piece(&self) -> usize {
+        self.payload().saturating_sub(Item::PART_BYTES) / 4 * 4
+    }
+
+    /// Pixels of a tile.
+    #[must_use]
+    pub const fn pixels(&self) -> usize {
+        self.side.saturating_mul(self.side)
+    }
+
+    /// Bytes of all lines.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        self.lines().iter().fold(0, |sum, line| sum.saturating_add(line.bytes))
+    }
+
+    /// The plan, line by line.
+    ///
+    /// # Errors
+    /// [`BudgetError`] if it takes more than `memory` bytes.
+    pub fn budget(&self, memory: usize) -> Result<Budget, BudgetError> {
+        Budget::new(memory, &self.lines())
+    }
+
+    fn frame_bytes(&self) -> usize {
+        let frames = self.block_bytes.saturating_mul(self.frames);
+        frame_table_bytes(self.frames).saturating_add(Arena::bytes_of::<u8>(frames))
+    }
+
+    fn lines(&self) -> [LineBudget; 8] {
+        let sum = |parts: &[usize]| parts.iter().fold(0_usize, |sum, &p| sum.saturating_add(p));
+        let rays = sum(&[
+            Arena::bytes_of::<RaySlot>(self.rays),
+            Arena::bytes_of::<u16>(self.rays).saturating_mul(2),
+        ]);
+        let roots = Arena::bytes_of::<Root>(self.tiles.saturating_add(self.visits));
+        let packets = self.router.slots();
+        let messages = sum(&[
+            Arena::bytes_of::<Slot>(packets),
+            Arena::bytes_of::<Fifo>(self.router.queues()),
+            Arena::bytes_of::<PortState>(usize::from(self.router.ports)),
+            Arena::bytes_of::<u8>(self.router.bytes()),
+            Arena::bytes_of::<Open>(self.bundles),
+            Arena::bytes_of::<u8>(self.bundles.saturating_mul(self.payload())),
+            Arena::bytes_of::<u8>(self.payload()),
+        ]);
+        let table = match self.frames {
+            0 => frame_table_bytes(0),
+            frames => frame_table_bytes(frames),
+        };
+        let table = sum(&[table, Arena::bytes_of::<FetchSlot>(self.fetches)]);
+        let pixels = self.tiles.saturating_mul(self.pixels());
+        let frames = self.block_bytes.saturating_mul(self.frames);
+        let owned = self.block_bytes.saturating_mul(self.owned);
+        [
+            LineBudget::new(Line::Tables, self.owned, Arena::bytes_of::<u8>(owned)),
+            LineBudget::new(Line::Points, self.visits, roots),
+            LineBudget::new(Line::Rays, self.rays, rays),
+            LineBudget::new(
+                Line::Bundles,
+                self.shadows,
+                Arena::bytes_of::<ShadowSlot>(self.shadows),
+            ),
+            LineBudget::new(Line::Messages, packets.saturating_add(self.bundles), messages),
+            LineBudget::new(Line::Tile, self.tiles, Arena::bytes_of::<Sum>(pixels)),
+            LineBudget::new(Line::FrameTable, self.frames, table),
+            LineBudget::new(Line::Frames, self.frames, Arena::bytes_of::<u8>(frames)),
+        ]
+    }
+}

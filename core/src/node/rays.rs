@@ -1,0 +1,575 @@
+use super::slots::{RaySlot, Root, RootState, ShadowSlot, Stage};
+use super::world::BUNDLE;
+use super::{Node, RayKind, Time, Traced, World};
+use crate::network::NodeId;
+use crate::protocol::{Message, RayMessage, ReturnAddress, split};
+use crate::shade::{Counts as ShadeCounts, PackedHit, PathRay, Shadow};
+use crate::store::Place;
+use crate::trace::Trail;
+
+/// Requests for a ray after which it is run at home.
+const RAY_TRIES: u8 = 5;
+/// Shadow rays traced in a step.
+const SHADOWS_PER_STEP: usize = 8;
+
+impl<W: World> Node<'_, W> {
+    /// How many slots must stay free beside that of a new ray: one for each time that it, or what follows from it, needs
+    /// another one while it holds its own (rule 7).
+    ///
+    /// A ray that may split `s` times takes a slot only if more than `s` are free. Why that is enough: rays with
+    /// `s = 0` need none and end. If only rays with `s ≥ k` are left at a node and none can go on, take the one that got its slot last: since then no slot was
+    /// taken, so `k` are free at least, and a child with `k - 1` may have one. Rays that are away end likewise elsewhere, or after so many
+    /// refusals in the slot that they have here (rule 8).
+    fn reserve(&self, ray: &PathRay) -> usize {
+        // Where shadow rays migrate, each takes a slot.
+        let shadow = usize::from(self.settings.schedule.migrates(RayKind::Shadow));
+        if ray.is_shadow() { 0 } else { self.world.splits(ray.depth()).saturating_add(shadow) }
+    }
+
+    pub(super) fn may_take_slot(&self, ray: &PathRay) -> bool {
+        self.free_len > self.reserve(ray)
+    }
+
+    /// Takes a slot for a ray of a root.
+    pub(super) fn take_slot(&mut self, slot: RaySlot) -> Option<u16> {
+        let len = self.free_len.checked_sub(1)?;
+        let number = *self.free.get(len)?;
+        *self.rays.get_mut(usize::from(number))? = slot;
+        self.free_len = len;
+        let held = self.rays.len().saturating_sub(len) as u32;
+        self.counts.rays_peak = self.counts.rays_peak.max(held);
+        self.open(slot.root);
+        Some(number)
+    }
+
+    /// A ray has ended.
+    pub(super) fn free_slot(&mut self, number: u16) {
+        let Some(slot) = self.rays.get_mut(usize::from(number)) else { return };
+        debug_assert!(slot.stage() != Stage::Free, "a slot is freed once");
+        let root = slot.root;
+        *slot = bytemuck::Zeroable::zeroed();
+        if let Some(place) = self.free.get_mut(self.free_len) {
+            *place = number;
+            self.free_len = self.free_len.saturating_add(1);
+        }
+        self.close(root);
+    }
+
+    fn set_stage(&mut self, number: u16, stage: Stage) {
+        if let Some(slot) = self.rays.get_mut(usize::from(number)) {
+            slot.set_stage(stage);
+        }
+    }
+
+    /// Goes on with a ray: `false` if it lacks room, and stays as it is.
+    pub(super) fn advance(&mut self, number: u16, now: Time) -> bool {
+        let Some(&slot) = self.rays.get(usize::from(number)) else { return true };
+        match slot.stage() {
+            Stage::Trace => self.trace(number, slot, now),
+            Stage::Send => self.send(number, slot, now),
+            Stage::Shade => self.shade(number, slot),
+            Stage::Split => self.split(number, slot),
+            Stage::Free | Stage::Blocked | Stage::Away => true,
+        }
+    }
+
+    fn kind(ray: &PathRay) -> RayKind {
+        match (ray.is_shadow(), ray.depth()) {
+            (true, _) => RayKind::Shadow,
+            (false, 0) => RayKind::Camera,
+            (false, _) => RayKind::Specular,
+        }
+    }
+
+    fn trace(&mut self, number: u16, mut slot: RaySlot, now: Time) -> bool {
+        let mut trail = slot.trail();
+        let Self { world, blocks, work, .. } = self;
+        let traced = if slot.ray.is_shadow() {
+            let mut depth = slot.best.depth();
+            let traced = world.shadow(blocks, &slot.ray.ray(), &mut trail, &mut depth, work);
+            slot.best = PackedHit::of_depth(depth);
+            traced
+        } else {
+            world.closest(blocks, &slot.ray, &mut trail, &mut slot.best, work)
+        };
+        match traced {
+            Traced::Done if slot.ray.is_shadow() => {
+                let sum = self.world.passed(slot.ray.path().throughput, slot.best.depth());
+                self.add(slot.root, slot.ray.pixel(), sum);
+                self.free_slot(number);
+                return true;
+            }
+            Traced::Done => {
+                slot.at = [0; 8];
+                slot.set_stage(Stage::Shade);
+                if let Some(place) = self.rays.get_mut(usize::from(number)) {
+                    *place = slot;
+                }
+                if !self.shade(number, slot) {
+                    self.enqueue(number);
+                }
+                return true;
+            }
+            Traced::Missing(block) => {
+                slot.set_trail(&trail);
+                let migrates = self.settings.schedule.migrates(Self::kind(&slot.ray));
+                let goes =
+                    migrates && slot.home == 0 && self.owner_for(block, slot.tries).is_some();
+                slot.set_stage(if goes { Stage::Send } else { Stage::Blocked });
+                if let Some(place) = self.rays.get_mut(usize::from(number)) {
+                    *place = slot;
+                }
+                if !goes {
+                    self.want(block, now);
+                } else if !self.send(number, slot, now) {
+                    self.enqueue(number);
+                }
+            }
+            Traced::Corrupt(block) => {
+                self.lost = Some(block);
+                self.free_slot(number);
+            }
+        }
+        true
+    }
+
+    /// Shades a hit: its light, its shadow rays as long as there is room, then its children.
+    fn shade(&mut self, number: u16, mut slot: RaySlot) -> bool {
+        let begun = slot.at.last() == Some(&1);
+        if begun && !self.has_shadow_room() {
+            return false;
+        }
+        let (light, point) = self.world.arrive(&slot.ray, &slot.best);
+        if !begun {
+            self.work.shadings = self.work.shadings.saturating_add(1);
+            self.add(slot.root, slot.ray.pixel(), light);
+        }
+        let Some(point) = point else {
+            self.free_slot(number);
+            return true;
+        };
+        let mut lights = self.world.lights(&point, begun.then_some(slot.at));
+        let mut made: u32 = 0;
+        let all = loop {
+            if !self.has_shadow_room() {
+                break false;
+            }
+            let Self { world, counts, .. } = &mut *self;
+            let next = world.next_shadow(&point, &mut lights, &mut counts.shade);
+            let Some((shadow, key)) = next else { break true };
+            self.put_shadow(shadow, key, slot.root, slot.ray.pixel());
+            made = made.saturating_add(1);
+        };
+        self.work.light_samples = self.work.light_samples.saturating_add(u64::from(made));
+        if !all {
+            slot.at = self.world.save(&lights);
+            if let Some(place) = self.rays.get_mut(usize::from(number)) {
+                *place = slot;
+            }
+            self.enqueue(number);
+            return true;
+        }
+        let Self { world, counts, .. } = &mut *self;
+        let [a, b] = world.children(&point, slot.ray.pixel(), &mut counts.shade);
+        let count = u64::from(a.is_some()) + u64::from(b.is_some());
+        self.counts.shade.specular = self.counts.shade.specular.saturating_add(count);
+        self.follow(number, slot, [a, b])
+    }
+
+    /// The first child takes over the slot; the second gets another one, when there is one.
+    fn follow(&mut self, number: u16, slot: RaySlot, children: [Option<PathRay>; 2]) -> bool {
+        let (first, second) = match children {
+            [Some(a), b] => (a, b),
+            [None, Some(b)] => (b, None),
+            [None, None] => {
+                self.free_slot(number);
+                return true;
+            }
+        };
+        if let Some(second) = second {
+            if !self.may_take_slot(&second) {
+                self.set_stage(number, Stage::Split);
+                return false;
+            }
+            if let Some(other) = self.take_slot(RaySlot::new(second, slot.root)) {
+                self.enqueue(other);
+            }
+        }
+        if let Some(place) = self.rays.get_mut(usize::from(number)) {
+            *place = RaySlot::new(first, slot.root);
+        }
+        self.enqueue(number);
+        true
+    }
+
+    /// Tries again to give the second child its slot.
+    fn split(&mut self, number: u16, slot: RaySlot) -> bool {
+        let (_, point) = self.world.arrive(&slot.ray, &slot.best);
+        let Some(point) = point else {
+            self.free_slot(number);
+            return true;
+        };
+        let children = self.world.children(&point, slot.ray.pixel(), &mut ShadeCounts::default());
+        self.follow(number, slot, children)
+    }
+
+    /// Sends a ray to the owner of its next block.
+    ///
+    /// A ray that is all that is left of a visit goes on in the visit's name, with what that has brought: nothing waits for it here
+    /// (a tail call, rule 9).
+    fn send(&mut self, number: u16, mut slot: RaySlot, now: Time) -> bool {
+        let trail = slot.trail();
+        let Some(to) = self.owner_for(trail.block(), slot.tries) else {
+            slot.home = 1;
+            slot.set_stage(Stage::Trace);
+            if let Some(place) = self.rays.get_mut(usize::from(number)) {
+                *place = slot;
+            }
+            return false;
+        };
+        let visit = self.roots.get(usize::from(slot.root)).copied();
+        let visit = visit.filter(|root| root.state() == RootState::Visit && root.open == 1);
+        let own = ReturnAddress::new(self.here, number, slot.ray.key());
+        let message = RayMessage {
+            reply: visit.map_or(own, |root| root.to),
+            ray: slot.ray,
+            sum: split(visit.map_or_else(Default::default, |root| root.sum)),
+            best: slot.best,
+            trail,
+        };
+        if !self.push(to, &Message::Ray(message), now) {
+            return false;
+        }
+        if slot.tries == 0 {
+            self.counts.migrated = self.counts.migrated.saturating_add(1);
+        }
+        if visit.is_some() {
+            self.free_slot(number);
+            self.free_root(usize::from(slot.root));
+            return true;
+        }
+        let limit = self.settings.patience.0.max(self.ray_time.saturating_mul(8));
+        let limit = limit.saturating_mul(1 << slot.tries.min(8));
+        slot.set_stage(Stage::Away);
+        slot.sent_to = to.0;
+        slot.sent = ticks(now);
+        slot.limit = ticks(Time(limit)).max(1);
+        if let Some(place) = self.rays.get_mut(usize::from(number)) {
+            *place = slot;
+        }
+        self.note_deadline(now.after(Time(limit)));
+        true
+    }
+
+    /// Time limits of rays that are away (rule 15).
+    pub(super) fn ray_deadlines(&mut self, now: Time) {
+        for number in 0..self.rays.len() {
+            let Some(&(mut slot)) = self.rays.get(number) else { break };
+            if slot.stage() != Stage::Away {
+                continue;
+            }
+            let age = ticks(now).wrapping_sub(slot.sent);
+            if age < slot.limit {
+                let left = u64::from(slot.limit.saturating_sub(age)) << TICK;
+                self.note_deadline(now.after(Time(left)));
+                continue;
+            }
+            if slot.sent_to == REFUSED {
+                slot.set_stage(Stage::Send);
+            } else {
+                self.suspect(NodeId(slot.sent_to));
+                self.counts.rays_again = self.counts.rays_again.saturating_add(1);
+                slot.tries = slot.tries.saturating_add(1);
+                slot.set_stage(Stage::Send);
+                if slot.tries >= RAY_TRIES {
+                    self.counts.run_at_home = self.counts.run_at_home.saturating_add(1);
+                    slot.home = 1;
+                    slot.set_stage(Stage::Trace);
+                }
+            }
+            if let Some(place) = self.rays.get_mut(number) {
+                *place = slot;
+            }
+            self.enqueue(number as u16);
+        }
+    }
+
+    /// The away ray that an address names, if it is one.
+    pub(super) fn away(&mut self, to: &ReturnAddress) -> Option<&mut RaySlot> {
+        let slot = self.rays.get_mut(usize::from(to.slot()))?;
+        let named = slot.stage() == Stage::Away && slot.ray.key() == to.key();
+        (named && to.node() == self.here).then_some(slot)
+    }
+
+    /// A ray was refused: it is sent again a little later, or run here after so many refusals (rule 8).
+    pub(super) fn on_refusal(&mut self, to: &ReturnAddress, now: Time) {
+        let (most, pause) = (self.settings.refusals, self.settings.patience.0 / 16);
+        let Some(slot) = self.away(to) else {
+            self.counts.unasked = self.counts.unasked.saturating_add(1);
+            return;
+        };
+        slot.refusals = slot.refusals.saturating_add(1);
+        let home = slot.refusals > most;
+        if home {
+            slot.home = 1;
+            slot.set_stage(Stage::Trace);
+        } else {
+            slot.sent_to = REFUSED;
+            slot.sent = ticks(now);
+            slot.limit = ticks(Time(pause)).max(1);
+        }
+        self.counts.refused = self.counts.refused.saturating_add(1);
+        if home {
+            self.counts.run_at_home = self.counts.run_at_home.saturating_add(1);
+            self.enqueue(to.slot());
+        } else {
+            self.note_deadline(now.after(Time(pause.max(1 << TICK))));
+        }
+    }
+
+    /// A ray of another node: it becomes a visit, or is refused where it lies (rules 4, 5, 7).
+    pub(super) fn on_ray(&mut self, message: &RayMessage, now: Time) {
+        let to = message.reply;
+        let same = |root: &&Root| root.is_visit() && root.to == to;
+        if self.roots.iter().find(same).is_some() {
+            self.push(to.node(), &Message::AtWork { to }, now);
+            return;
+        }
+        let first = self.tiles.len();
+        let free = self.roots.iter().skip(first).position(|r| r.state() == RootState::Free);
+        let place = free.filter(|_| self.may_take_slot(&message.ray));
+        let Some(place) = place else {
+            // There is room: `requests` looked for it.
+            self.push(to.node(), &Message::Refusal { to }, now);
+            return;
+        };
+        let at = first.saturating_add(place);
+        if let Some(root) = self.roots.get_mut(at) {
+            root.set_state(RootState::Visit);
+            root.to = to;
+            root.sum = crate::protocol::join(message.sum);
+        }
+        let mut slot = RaySlot::new(message.ray, at as u16).at_trail(&message.trail);
+        slot.best = message.best;
+        if let Some(number) = self.take_slot(slot) {
+            self.enqueue(number);
+        }
+        let visitors = self.roots.iter().filter(|root| root.is_visit()).count() as u32;
+        self.counts.visitors = self.counts.visitors.saturating_add(1);
+        self.counts.visitors_peak = self.counts.visitors_peak.max(visitors);
+    }
+
+    /// Begins camera rays of the oldest tile that has any, as long as slots are free.
+    pub(super) fn open_camera_rays(&mut self) -> bool {
+        let mut opened = false;
+        while self.can_open_camera_rays() {
+            let Some(at) = self.tiles.opening(self.roots) else { break };
+            let Some(root) = self.roots.get_mut(usize::from(at)) else { break };
+            if let Some(ray) = self.world.camera(root.tile, &mut root.camera) {
+                self.counts.shade.primary = self.counts.shade.primary.saturating_add(1);
+                if let Some(number) = self.take_slot(RaySlot::new(ray, at)) {
+                    self.enqueue(number);
+                }
+                opened = true;
+            } else {
+                root.set_state(RootState::Rendering);
+                // The last ray may have ended before.
+                self.open(at);
+                self.close(at);
+                break;
+            }
+        }
+        opened
+    }
+
+    /// Whether a camera ray can begin: some slots are left to rays of other nodes.
+    pub(super) fn can_open_camera_rays(&self) -> bool {
+        let kept = if self.expects_visits() { self.rays.len() / 4 } else { 0 };
+        let shadow = usize::from(self.settings.schedule.migrates(RayKind::Shadow));
+        let reserve = self.world.splits(0).saturating_add(shadow);
+        self.free_len > reserve.max(kept) && self.tiles.opening(self.roots).is_some()
+    }
+
+    pub(super) fn has_shadow_room(&self) -> bool {
+        if self.settings.schedule.migrates(RayKind::Shadow) {
+            self.free_len > 0
+        } else {
+            self.fresh.saturating_add(self.parked) < self.shadows.len()
+        }
+    }
+
+    fn put_shadow(&mut self, mut shadow: Shadow, key: crate::path::PathKey, root: u16, pixel: u16) {
+        if self.settings.schedule.migrates(RayKind::Shadow) {
+            self.counts.shade.shadow = self.counts.shade.shadow.saturating_add(1);
+            let ray = PathRay::of_shadow(&shadow, key, pixel);
+            if let Some(number) = self.take_slot(RaySlot::new(ray, root)) {
+                self.enqueue(number);
+            }
+            return;
+        }
+        self.open(root);
+        shadow.pixel = u32::from(pixel);
+        if let Some(place) = self.shadows.get_mut(self.fresh) {
+            *place = ShadowSlot { shadow, trail: Trail::START, depth: [0; 3], root, begun: 0 };
+            self.fresh = self.fresh.saturating_add(1);
+        }
+        let held = self.fresh.saturating_add(self.parked) as u32;
+        self.counts.shadows_peak = self.counts.shadows_peak.max(held);
+    }
+
+    /// Traces some of the shadow rays that wait, bundle by bundle.
+    pub(super) fn light(&mut self, now: Time) -> bool {
+        if !self.draining {
+            self.draining = true;
+            let fresh = self.shadows.get_mut(..self.fresh).unwrap_or_default();
+            crate::render::sort_by_key(fresh, |slot| slot.shadow.source);
+        }
+        if !self.skip_bundle() {
+            for _ in 0..SHADOWS_PER_STEP {
+                if !self.trace_shadow(now) {
+                    break;
+                }
+            }
+        }
+        self.draining = self.fresh > 0;
+        true
+    }
+
+    /// Whether the last bundle is one that nothing can be in the way of: then it is done.
+    fn skip_bundle(&mut self) -> bool {
+        let fresh = self.shadows.get(..self.fresh).unwrap_or_default();
+        let Some(last) = fresh.last().filter(|slot| slot.begun == 0) else { return false };
+        let source = last.shadow.source;
+        let alike = |slot: &&ShadowSlot| slot.begun == 0 && slot.shadow.source == source;
+        let count = fresh.iter().rev().take(BUNDLE).take_while(alike).count();
+        let first = self.fresh.saturating_sub(count);
+        let Self { world, blocks, work, shadows, .. } = self;
+        let bundle = shadows.get(first..self.fresh).unwrap_or_default();
+        let clear = world.is_clear(blocks, &mut bundle.iter().map(|slot| slot.shadow), work);
+        let traced = &mut self.counts.shade;
+        let kind = if clear { &mut traced.shadow_clear } else { &mut traced.shadow };
+        *kind = kind.saturating_add(count as u64);
+        for at in first..self.fresh {
+            let Some(slot) = self.shadows.get_mut(at) else { break };
+            slot.begun = 1;
+            if clear {
+                let slot = *slot;
+                self.end_shadow(&slot);
+            }
+        }
+        if clear {
+            self.fresh = first;
+        }
+        clear
+    }
+
+    fn end_shadow(&mut self, slot: &ShadowSlot) {
+        let sum = self.world.passed(slot.shadow.light(), slot.depth);
+        self.add(slot.root, slot.shadow.pixel as u16, sum);
+        self.close(slot.root);
+    }
+
+    /// Traces the last shadow ray that has been looked at; `false` if there is none.
+    fn trace_shadow(&mut self, now: Time) -> bool {
+        let Some(at) = self.fresh.checked_sub(1) else { return false };
+        let Some(&(mut slot)) = self.shadows.get(at) else { return false };
+        if slot.begun == 0 {
+            return false;
+        }
+        self.fresh = at;
+        let ray = slot.shadow.ray();
+        let Self { world, blocks, work, .. } = self;
+        match world.shadow(blocks, &ray, &mut slot.trail, &mut slot.depth, work) {
+            Traced::Done => self.end_shadow(&slot),
+            Traced::Missing(block) => {
+                self.parked = self.parked.saturating_add(1);
+                let place = self.shadows.len().saturating_sub(self.parked);
+                if let Some(place) = self.shadows.get_mut(place) {
+                    *place = slot;
+                }
+                self.want(block, now);
+            }
+            Traced::Corrupt(block) => {
+                self.lost = Some(block);
+                self.close(slot.root);
+            }
+        }
+        true
+    }
+
+    /// Lets all go on that wait for this block.
+    pub(super) fn wake(&mut self, block: u32) {
+        for number in 0..self.rays.len() {
+            let Some(slot) = self.rays.get_mut(number) else { break };
+            if slot.stage() == Stage::Blocked && slot.trail().block() == block {
+                slot.set_stage(Stage::Trace);
+                self.enqueue(number as u16);
+            }
+        }
+        let mut at = self.shadows.len().saturating_sub(self.parked);
+        while let Some(&slot) = self.shadows.get(at) {
+            if slot.trail.block() == block {
+                // The place that it leaves is taken by the first of those that still wait.
+                let first = self.shadows.len().saturating_sub(self.parked);
+                let moved = self.shadows.get(first).copied();
+                if let (Some(moved), Some(place)) = (moved, self.shadows.get_mut(at)) {
+                    *place = moved;
+                }
+                self.parked = self.parked.saturating_sub(1);
+                if let Some(place) = self.shadows.get_mut(self.fresh) {
+                    *place = slot;
+                    self.fresh = self.fresh.saturating_add(1);
+                }
+            }
+            at = at.saturating_add(1);
+        }
+    }
+
+    /// Asks again for blocks for which there was no frame.
+    pub(super) fn feed(&mut self, now: Time) {
+        self.starved = false;
+        for number in 0..self.rays.len() {
+            let Some(slot) = self.rays.get(number) else { break };
+            if slot.stage() == Stage::Blocked {
+                let block = slot.trail().block();
+                if self.is_here(block) {
+                    self.wake(block);
+                } else {
+                    self.want(block, now);
+                }
+            }
+            if self.starved {
+                return;
+            }
+        }
+        let first = self.shadows.len().saturating_sub(self.parked);
+        for at in first..self.shadows.len() {
+            let Some(block) = self.shadows.get(at).map(|slot| slot.trail.block()) else { break };
+            if self.is_here(block) {
+                self.wake(block);
+                // What waits has been moved: the rest is looked at next time.
+                self.starved = true;
+                return;
+            }
+            self.want(block, now);
+            if self.starved {
+                return;
+            }
+        }
+    }
+
+    fn is_here(&self, block: u32) -> bool {
+        self.blocks.rom.holds(block) || self.blocks.cache.place(block) == Place::Cached
+    }
+}
+
+/// In [`RaySlot::sent_to`]: it was refused, and is sent again when its time is up.
+const REFUSED: u16 = u16::MAX;
+
+/// A tick is 2 to this power \[ns\].
+pub(super) const TICK: u32 = 10;
+
+/// Time in ticks; wraps.
+pub(super) const fn ticks(time: Time) -> u32 {
+    (time.0 >> TICK) as u32
+}

@@ -1,0 +1,249 @@
+use super::slots::{Root, RootState};
+use super::{Node, RayKind, Time, World};
+use crate::network::{HOST, NodeId};
+use crate::protocol::{Item, Message};
+use crate::shade::Sum;
+
+/// Where a node's tiles come from: its requests for work, and its leases if it is a sub-master.
+#[derive(Debug)]
+pub(super) struct Tiles {
+    len: usize,
+    pixels: usize,
+    /// Grants that it has had.
+    number: u32,
+    /// A request is under way until this moment at the latest.
+    asked: Option<Time>,
+    tries: u8,
+    /// There was nothing to be had: it asks again at this moment.
+    dry: Time,
+    /// Tiles that it may render or give away.
+    leases: [(u32, u32); LEASES],
+}
+
+/// Runs of tiles that a node can hold.
+const LEASES: usize = 4;
+/// For how many tiles a sub-master asks at once, for each node of its group.
+const LEASE_PER_NODE: u32 = 2;
+
+impl Tiles {
+    pub(super) const fn new(len: usize, pixels: usize) -> Self {
+        Self {
+            len,
+            pixels,
+            number: 0,
+            asked: None,
+            tries: 0,
+            dry: Time(0),
+            leases: [(0, 0); LEASES],
+        }
+    }
+
+    /// Tiles that can be rendered at once: the first roots.
+    pub(super) const fn len(&self) -> usize {
+        self.len
+    }
+
+    /// Where the sum of a pixel lies; `None` for the root of a visit.
+    pub(super) const fn sum_of(&self, root: usize, pixel: usize) -> Option<usize> {
+        if root >= self.len || pixel >= self.pixels {
+            return None;
+        }
+        Some(root.saturating_mul(self.pixels).saturating_add(pixel))
+    }
+
+    /// The tile that camera rays come from next: the one that was given first.
+    pub(super) fn opening(&self, roots: &[Root]) -> Option<u16> {
+        let tiles = roots.iter().take(self.len).enumerate();
+        let opening = tiles.filter(|(_, root)| root.state() == RootState::Opening);
+        opening.min_by_key(|(_, root)| root.deadline).map(|(at, _)| at as u16)
+    }
+
+    /// Until when it waits for tiles.
+    pub(super) fn until(&self, now: Time) -> Time {
+        let until = self.asked.unwrap_or(self.dry);
+        // A moment that has passed without a new request: there is none to be made.
+        if until > now { until } else { Time::NEVER }
+    }
+
+    fn take_leased(&mut self) -> Option<u32> {
+        let (first, count) = self.leases.iter_mut().find(|(_, count)| *count > 0)?;
+        let tile = *first;
+        *first = first.wrapping_add(1);
+        *count = count.saturating_sub(1);
+        Some(tile)
+    }
+
+    fn leased(&self) -> u32 {
+        self.leases.iter().fold(0, |sum, (_, count)| sum.saturating_add(*count))
+    }
+}
+
+impl<W: World> Node<'_, W> {
+    /// Asks a master for tiles when the camera rays of all that it has are under way.
+    pub(super) fn ask_for_tiles(&mut self, now: Time) {
+        self.begin_leased(now);
+        let is_master = self.master() == HOST && self.settings.group > 0;
+        let wanted = if is_master {
+            let most = u32::from(self.settings.group).saturating_mul(LEASE_PER_NODE);
+            let room = self.tiles.leases.iter().any(|(_, count)| *count == 0);
+            if room && self.tiles.leased() < most / 2 { most } else { 0 }
+        } else {
+            let idle = self.free_tile().is_some() && self.tiles.opening(self.roots).is_none();
+            u32::from(idle)
+        };
+        let waits = self.tiles.asked.is_some_and(|until| now < until) || now < self.tiles.dry;
+        if wanted == 0 || waits {
+            return;
+        }
+        if self.tiles.asked.is_some() {
+            self.tiles.tries = self.tiles.tries.saturating_add(1);
+        }
+        // A master that does not answer is left out.
+        let to = if self.tiles.tries > 1 { HOST } else { self.master() };
+        let ask = Message::Ask { number: self.tiles.number, count: wanted };
+        if self.push(to, &ask, now) {
+            let wait = self.settings.patience.0.saturating_mul(1 << self.tiles.tries.min(6));
+            self.tiles.asked = Some(now.after(Time(wait)));
+        }
+    }
+
+    /// Whom this node asks for tiles.
+    fn master(&self) -> NodeId {
+        let group = self.settings.group;
+        let Some(place) = self.here.0.checked_rem(group) else { return HOST };
+        if place == 0 { HOST } else { NodeId(self.here.0.wrapping_sub(place)) }
+    }
+
+    fn free_tile(&self) -> Option<usize> {
+        let tiles = self.roots.get(..self.tiles.len).unwrap_or_default();
+        tiles.iter().position(|root| root.state() == RootState::Free)
+    }
+
+    /// Begins a tile that this node may render.
+    fn begin_leased(&mut self, now: Time) {
+        if self.tiles.opening(self.roots).is_some() {
+            return;
+        }
+        let Some(at) = self.free_tile() else { return };
+        let Some(tile) = self.tiles.take_leased() else { return };
+        let pixels = self.world.tile_pixels(tile);
+        if pixels == 0 || pixels > self.tiles.pixels {
+            return;
+        }
+        if let Some(root) = self.roots.get_mut(at) {
+            root.set_state(RootState::Opening);
+            root.tile = tile;
+            root.deadline = now.0;
+        }
+        let begin = at.saturating_mul(self.tiles.pixels);
+        let sums = self.sums.get_mut(begin..).and_then(|sums| sums.get_mut(..pixels));
+        sums.unwrap_or_default().fill(Sum::ZERO);
+        let roots = self.roots.get(..self.tiles.len).unwrap_or_default();
+        let held = roots.iter().filter(|root| root.state() != RootState::Free).count() as u32;
+        self.counts.tiles_peak = self.counts.tiles_peak.max(held);
+    }
+
+    pub(super) fn on_grant(&mut self, number: u32, first: u32, count: u32, wait: u32, now: Time) {
+        if self.tiles.asked.is_none() || number != self.tiles.number {
+            self.counts.unasked = self.counts.unasked.saturating_add(1);
+            return;
+        }
+        self.tiles.asked = None;
+        self.tiles.tries = 0;
+        self.tiles.number = self.tiles.number.wrapping_add(1);
+        if count == 0 {
+            self.tiles.dry = now.after(Time(u64::from(wait).saturating_mul(1000)));
+        } else if let Some(lease) = self.tiles.leases.iter_mut().find(|(_, count)| *count == 0) {
+            *lease = (first, count);
+        }
+        self.begin_leased(now);
+    }
+
+    /// A node of the group asks its sub-master.
+    pub(super) fn on_ask(&mut self, from: NodeId, number: u32, now: Time) {
+        let grant = match self.tiles.take_leased() {
+            Some(first) => Message::Grant { number, first, count: 1, wait: 0 },
+            None => {
+                // Until the host has answered, or again has tiles.
+                let wait = self.tiles.until(now).0.saturating_sub(now.0);
+                let wait = (wait / 1000).clamp(10, self.settings.patience.0 / 1000 + 10) as u32;
+                Message::Grant { number, first: 0, count: 0, wait }
+            }
+        };
+        self.push(from, &grant, now);
+    }
+
+    pub(super) fn on_accepted(&mut self, tile: u32) {
+        let tiles = self.roots.iter().take(self.tiles.len);
+        let sent = |root: &Root| matches!(root.state(), RootState::Sending | RootState::Sent);
+        let at = tiles.enumerate().find(|(_, root)| sent(root) && root.tile == tile);
+        match at.map(|(at, _)| at) {
+            Some(at) => {
+                self.counts.tiles = self.counts.tiles.saturating_add(1);
+                self.free_root(at);
+            }
+            None => self.counts.unasked = self.counts.unasked.saturating_add(1),
+        }
+    }
+
+    /// Sends the sums of finished tiles to the host, a message at a time; they are kept until it has acknowledged them.
+    pub(super) fn send_tiles(&mut self, now: Time) {
+        let most = (self.inbox.len().saturating_sub(Item::PART_BYTES) / size_of::<Sum>()).max(1);
+        for at in 0..self.tiles.len {
+            let Some(&root) = self.roots.get(at) else { break };
+            if root.state() != RootState::Sending {
+                continue;
+            }
+            let pixels = self.world.tile_pixels(root.tile);
+            let mut sent = root.sent as usize;
+            while sent < pixels {
+                let begin = at.saturating_mul(self.tiles.pixels).saturating_add(sent);
+                let count = pixels.saturating_sub(sent).min(most);
+                let Self { outbox, router, counts, work, sums, .. } = self;
+                let sums = sums.get(begin..).and_then(|sums| sums.get(..count)).unwrap_or_default();
+                let sums = bytemuck::cast_slice(sums);
+                let message = Message::Pixels { tile: root.tile, first: sent as u32, sums };
+                if !outbox.push(router, HOST, &message, now, counts, work) {
+                    break;
+                }
+                sent = sent.saturating_add(count);
+            }
+            let wait = self.settings.patience.0.saturating_mul(4 << root.tries.min(6));
+            let Some(root) = self.roots.get_mut(at) else { break };
+            root.sent = sent as u32;
+            if sent < pixels {
+                break;
+            }
+            root.set_state(RootState::Sent);
+            root.deadline = now.after(Time(wait)).0;
+            self.note_deadline(now.after(Time(wait)));
+        }
+    }
+
+    /// Time limits of tiles that the host has not acknowledged.
+    pub(super) fn tile_deadlines(&mut self, now: Time) {
+        for at in 0..self.tiles.len {
+            let Some(root) = self.roots.get_mut(at) else { break };
+            if root.state() != RootState::Sent {
+                continue;
+            }
+            let deadline = Time(root.deadline);
+            if now >= deadline {
+                root.set_state(RootState::Sending);
+                root.sent = 0;
+                root.tries = root.tries.saturating_add(1);
+                self.counts.tiles_again = self.counts.tiles_again.saturating_add(1);
+            } else {
+                self.note_deadline(deadline);
+            }
+        }
+    }
+
+    /// Whether rays of other nodes are to be expected.
+    pub(super) fn expects_visits(&self) -> bool {
+        let schedule = self.settings.schedule;
+        self.settings.placement.nodes > 1
+            && (schedule.migrates(RayKind::Camera)
+                || self.world.splits(0) > 0 && schedule.migrates(RayKind::Specular))
+    }
+}

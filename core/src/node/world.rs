@@ -1,0 +1,361 @@
+use super::{Missing, Work};
+use crate::block::{BlockLimits, BlockSource, BlockView};
+use crate::material::{OpticalDepth, crossing};
+use crate::path::PathKey;
+use crate::render::{Places, Tiling, is_clear, splits};
+use crate::scene::Needs;
+use crate::shade::{Counts, Direct, PackedHit, Path, PathRay, Point, Shader, Shadow, Sum};
+use crate::trace::{Cursor, TraceError, Tracer, Trail};
+use crate::view::Camera;
+
+/// What a node computes, apart from how it is divided: geometry and light.
+///
+/// The actor knows rays, hits and sums only by these functions, so that a checker of its rules can run it over a toy scene.
+pub trait World {
+    /// A place that answers light; made again at will from a ray and its hit.
+    type Point;
+    /// The choice of lights of a point, on its way.
+    type Lights;
+
+    /// Pixels of a tile; 0 if there is no such tile.
+    fn tile_pixels(&self, tile: u32) -> usize;
+
+    /// The next camera ray of a tile.
+    fn camera(&self, tile: u32, next: &mut [u32; 3]) -> Option<PathRay>;
+
+    /// Goes on with a closest-hit ray.
+    fn closest<S: BlockSource<Error = Missing>>(
+        &mut self,
+        source: &mut S,
+        ray: &PathRay,
+        trail: &mut Trail,
+        best: &mut PackedHit,
+        work: &mut Work,
+    ) -> Traced;
+
+    /// Goes on with a shadow ray.
+    fn shadow<S: BlockSource<Error = Missing>>(
+        &mut self,
+        source: &mut S,
+        ray: &crate::geometry::Ray,
+        trail: &mut Trail,
+        depth: &mut [u32; 3],
+        work: &mut Work,
+    ) -> Traced;
+
+    /// Whether nothing is in the way of a bundle of shadow rays to one light. `false` says nothing.
+    fn is_clear<S: BlockSource<Error = Missing>>(
+        &mut self,
+        source: &mut S,
+        rays: &mut dyn Iterator<Item = Shadow>,
+        work: &mut Work,
+    ) -> bool;
+
+    /// What a ray brings where it ends, and the point that goes on.
+    fn arrive(&self, ray: &PathRay, hit: &PackedHit) -> (Sum, Option<Self::Point>);
+
+    /// Begins, or goes on with, the choice of lights of a point.
+    fn lights(&self, point: &Self::Point, saved: Option<[u32; 8]>) -> Self::Lights;
+
+    /// The next shadow ray of a point, and its name.
+    fn next_shadow(
+        &self,
+        point: &Self::Point,
+        lights: &mut Self::Lights,
+        counts: &mut Counts,
+    ) -> Option<(Shadow, PathKey)>;
+
+    /// Where the choice of lights is.
+    fn save(&self, lights: &Self::Lights) -> [u32; 8];
+
+    /// The specular rays of a point.
+    fn children(
+        &self,
+        point: &Self::Point,
+        pixel: u16,
+        counts: &mut Counts,
+    ) -> [Option<PathRay>; 2];
+
+    /// What is left of a shadow ray's light.
+    fn passed(&self, light: glam::Vec3, depth: [u32; 3]) -> Sum;
+
+    /// How often a ray of this depth may still split: each time needs another slot.
+    fn splits(&self, depth: u32) -> usize;
+
+    /// Whether an arrived block is sound.
+    fn check(&self, block: u32, bytes: &[u8]) -> bool;
+}
+
+/// How far a ray has come.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Traced {
+    /// To its end.
+    Done,
+    /// To a block that is not here.
+    Missing(u32),
+    /// To a block that is not sound: it is left at that.
+    Corrupt(u32),
+}
+
+/// A picture of a scene.
+#[derive(Debug)]
+pub struct Picture<'a, T> {
+    tracer: T,
+    shader: Shader<'a>,
+    camera: Camera,
+    tiling: Tiling,
+    limits: BlockLimits,
+    cursor: Cursor,
+    /// How many bundles in a row may be found hidden before most are traced unasked.
+    trust: u8,
+    asked: u8,
+}
+
+const TRUST_MAX: u8 = 8;
+
+impl<'a, T: Tracer> Picture<'a, T> {
+    /// The picture that `camera` takes, in the tiles of `tiling`. The order of the tiles follows from the shader's seed.
+    #[must_use]
+    pub const fn new(
+        tracer: T,
+        shader: Shader<'a>,
+        camera: Camera,
+        tiling: Tiling,
+        limits: BlockLimits,
+    ) -> Self {
+        let cursor = Cursor::new();
+        Self { tracer, shader, camera, tiling, limits, cursor, trust: TRUST_MAX, asked: 0 }
+    }
+
+    fn is_transparent(&self) -> bool {
+        self.shader.tables().needs.bits & Needs::TRANSPARENT != 0
+    }
+
+    /// Enters what the cursor has counted.
+    fn note(&mut self, work: &mut Work) {
+        let visited = self.cursor.take_visited();
+        work.nodes = work.nodes.saturating_add(visited.nodes);
+        work.leaves = work.leaves.saturating_add(visited.leaves);
+        work.blocks = work.blocks.saturating_add(visited.blocks);
+    }
+}
+
+/// The choice of lights of a point, in the midst of a bundle.
+#[derive(Debug)]
+pub struct Lights {
+    direct: Direct,
+    /// As it was before the bundle.
+    before: Direct,
+    bundle: Option<crate::shade::Bundle>,
+    next: u32,
+    /// It was taken up again: the bundle has been counted.
+    again: bool,
+}
+
+impl<T: Tracer> World for Picture<'_, T> {
+    type Point = Point;
+    type Lights = Lights;
+
+    fn tile_pixels(&self, tile: u32) -> usize {
+        let tile = self.tiling.shuffled(tile, self.shader.settings().seed);
+        tile.map_or(0, |tile| (tile.width as usize).saturating_mul(tile.height as usize))
+    }
+
+    fn camera(&self, tile: u32, next: &mut [u32; 3]) -> Option<PathRay> {
+        let settings = self.shader.settings();
+        let tile = self.tiling.shuffled(tile, settings.seed)?;
+        let mut places = Places::resume(tile, settings.samples, *next);
+        let place = places.next()?;
+        *next = places.state();
+        let pixel = place.y.wrapping_mul(self.tiling.width()).wrapping_add(place.x);
+        let key = PathKey::camera(settings.seed, pixel, place.sample);
+        let ray = self.camera.ray(place.x, place.y, key);
+        Some(PathRay::new(&ray, &Path::camera(key), place.pixel))
+    }
+
+    #[inline]
+    fn closest<S: BlockSource<Error = Missing>>(
+        &mut self,
+        source: &mut S,
+        ray: &PathRay,
+        trail: &mut Trail,
+        best: &mut PackedHit,
+        work: &mut Work,
+    ) -> Traced {
+        work.rays = work.rays.saturating_add(1);
+        let found =
+            self.tracer.continue_closest(&mut self.cursor, source, &ray.ray(), best.get(), trail);
+        let traced = match found {
+            Ok(hit) => {
+                *best = PackedHit::new(hit.as_ref());
+                Traced::Done
+            }
+            Err(TraceError::Source(Missing(block))) => {
+                *best = PackedHit::new(self.cursor.best().as_ref());
+                *trail = self.cursor.trail();
+                Traced::Missing(block)
+            }
+            Err(TraceError::Corrupt { block }) => Traced::Corrupt(block),
+        };
+        self.note(work);
+        traced
+    }
+
+    #[inline]
+    fn shadow<S: BlockSource<Error = Missing>>(
+        &mut self,
+        source: &mut S,
+        ray: &crate::geometry::Ray,
+        trail: &mut Trail,
+        depth: &mut [u32; 3],
+        work: &mut Work,
+    ) -> Traced {
+        work.shadow_rays = work.shadow_rays.saturating_add(1);
+        let ended = if self.is_transparent() {
+            let materials = self.shader.tables().materials;
+            let mut sum = OpticalDepth::of_steps(*depth);
+            let visit = |hit: &crate::geometry::Hit| {
+                let here = match materials.get(usize::from(hit.material)) {
+                    Some(material) => crossing(material, ray, hit),
+                    None => OpticalDepth::OPAQUE,
+                };
+                sum = sum.and(here);
+                sum.is_opaque()
+            };
+            let ended = self.tracer.continue_every(&mut self.cursor, source, ray, trail, visit);
+            *depth = sum.steps();
+            ended
+        } else {
+            self.tracer.continue_any(&mut self.cursor, source, ray, trail).map(|hidden| {
+                if hidden {
+                    *depth = OpticalDepth::OPAQUE.steps();
+                }
+            })
+        };
+        let traced = match ended {
+            Ok(()) => Traced::Done,
+            Err(TraceError::Source(Missing(block))) => {
+                *trail = self.cursor.trail();
+                Traced::Missing(block)
+            }
+            Err(TraceError::Corrupt { block }) => Traced::Corrupt(block),
+        };
+        self.note(work);
+        traced
+    }
+
+    fn is_clear<S: BlockSource<Error = Missing>>(
+        &mut self,
+        source: &mut S,
+        rays: &mut dyn Iterator<Item = Shadow>,
+        work: &mut Work,
+    ) -> bool {
+        // A search that leads nowhere costs; where many did, only some bundles are asked. It decides about time only.
+        self.asked = self.asked.wrapping_add(1);
+        if self.trust == 0 && !self.asked.is_multiple_of(16) {
+            return false;
+        }
+        let mut room = [Shadow::NONE; BUNDLE];
+        let count = room.iter_mut().zip(rays).map(|(place, ray)| *place = ray).count();
+        let rays = room.get(..count).unwrap_or_default();
+        let light = rays.first().map_or(u32::MAX, |ray| ray.source);
+        let Some(light) = self.shader.tables().lights.get(light as usize) else { return false };
+        work.clips = work.clips.saturating_add(1);
+        let clear = is_clear(rays, light, source);
+        self.trust = if clear { TRUST_MAX } else { self.trust.saturating_sub(1) };
+        clear
+    }
+
+    fn arrive(&self, ray: &PathRay, hit: &PackedHit) -> (Sum, Option<Point>) {
+        self.shader.arrive(&ray.path(), &ray.ray(), hit.get().as_ref())
+    }
+
+    fn lights(&self, point: &Point, saved: Option<[u32; 8]>) -> Lights {
+        match saved {
+            None => {
+                let direct = self.shader.direct(point);
+                Lights { direct, before: direct, bundle: None, next: 0, again: false }
+            }
+            Some([a, b, c, d, e, f, next, _]) => {
+                let direct = Direct::unpack([a, b, c, d, e, f]);
+                Lights { direct, before: direct, bundle: None, next, again: next > 0 }
+            }
+        }
+    }
+
+    #[inline]
+    fn next_shadow(
+        &self,
+        point: &Point,
+        lights: &mut Lights,
+        counts: &mut Counts,
+    ) -> Option<(Shadow, PathKey)> {
+        loop {
+            let bundle = match lights.bundle {
+                Some(bundle) if lights.next < bundle.len => bundle,
+                _ => {
+                    if lights.bundle.is_some() {
+                        lights.next = 0;
+                    }
+                    lights.before = lights.direct;
+                    let mut counted = Counts::default();
+                    let bundle = self.shader.next_bundle(point, &mut lights.direct, &mut counted);
+                    if !core::mem::take(&mut lights.again) {
+                        counts.add(&counted);
+                    }
+                    lights.bundle = bundle;
+                    if lights.next >= bundle?.len {
+                        continue;
+                    }
+                    bundle?
+                }
+            };
+            let j = lights.next;
+            lights.next = lights.next.saturating_add(1);
+            match self.shader.shadow_ray(point, &bundle, j) {
+                Some(shadow) => {
+                    let key = point.path.key.child(!bundle.light).child(j);
+                    return Some((Shadow::new(&shadow, bundle.light, 0), key));
+                }
+                None => counts.shadow_dark = counts.shadow_dark.saturating_add(1),
+            }
+        }
+    }
+
+    fn save(&self, lights: &Lights) -> [u32; 8] {
+        let from = if lights.bundle.is_some() { lights.before } else { lights.direct };
+        let [a, b, c, d, e, f] = from.pack();
+        [a, b, c, d, e, f, lights.next, 1]
+    }
+
+    #[cfg(feature = "specular")]
+    fn children(&self, point: &Point, pixel: u16, counts: &mut Counts) -> [Option<PathRay>; 2] {
+        self.shader
+            .children(point, counts)
+            .map(|child| child.map(|child| PathRay::new(&child.ray, &child.path, pixel)))
+    }
+
+    #[cfg(not(feature = "specular"))]
+    fn children(&self, _: &Point, _: u16, _: &mut Counts) -> [Option<PathRay>; 2] {
+        [None; 2]
+    }
+
+    fn passed(&self, light: glam::Vec3, depth: [u32; 3]) -> Sum {
+        let depth = OpticalDepth::of_steps(depth);
+        if depth.is_opaque() {
+            return Sum::ZERO;
+        }
+        self.shader.unit().quantise(light * depth.transmittance())
+    }
+
+    fn splits(&self, depth: u32) -> usize {
+        splits(&self.shader, depth)
+    }
+
+    fn check(&self, block: u32, bytes: &[u8]) -> bool {
+        BlockView::parse(bytes, block, &self.limits).is_ok()
+    }
+}
+
+/// Shadow rays of a bundle, at most.
+pub(super) const BUNDLE: usize = 64;
