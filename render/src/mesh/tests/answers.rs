@@ -116,7 +116,7 @@ fn what_does_not_exist_is_counted_and_left_alone() {
     }
     let message = Message::Pixels { tile: 0, first: 0, sums: &[0; 25] };
     ledger.on_message(Time(0), A, &message, &mut |_, _| panic!("no answer"));
-    for message in [Message::Accepted { tile: 0 }, Message::Fetch { block: 3 }] {
+    for message in [Message::Accepted { tile: 0 }, Message::Fetch { block: 3, offset: 0 }] {
         ledger.on_message(Time(0), A, &message, &mut |_, _| panic!("no answer"));
     }
     let counts = ledger.counts();
