@@ -1,5 +1,4 @@
-use kiloray_core::block::FileError;
-use kiloray_core::store::BudgetError;
+use kiloray_core::store::{ArenaFull, BudgetError};
 
 /// Why there is no picture.
 #[derive(Debug, thiserror::Error)]
@@ -19,9 +18,9 @@ pub enum Error {
     /// A node's memory is too small.
     #[error("{0}")]
     Budget(#[from] BudgetError),
-    /// A node's read-only memory is too small for its blocks.
+    /// The plan and the node disagree.
     #[error("{0}")]
-    File(#[from] FileError),
+    Arena(#[from] ArenaFull),
     /// A packet holds no message.
     #[error("packets of {packet} bytes are too small: at least {least} are needed")]
     Packet {

@@ -1,18 +1,22 @@
 //! A mesh of nodes in virtual time.
 //!
-//! A run has the real node actor of [`kiloray_core::node`] in every node, joined by the real routers of
+//! [`simulate`](simulate()) runs the real node actor of [`kiloray_core::node`] in every node, joined by the real routers of
 //! [`kiloray_core::network`], over links with bandwidth, latency and faults. The operations that a node
 //! carries out become virtual time by a [`Profile`]. The same options give the same run, to the byte.
 #![forbid(unsafe_code)]
 
+mod check;
 mod error;
+mod layout;
 mod options;
 mod outcome;
 mod profile;
-#[cfg_attr(not(test), expect(dead_code, reason = "the nodes that run follow"))]
 mod report;
-#[cfg_attr(not(test), expect(dead_code, reason = "the nodes that run follow"))]
 mod run;
+mod simulate;
+
+#[cfg(test)]
+mod tests;
 
 pub use error::Error;
 pub use options::{Control, Crash, Faults, Link, Options, Rate, Slow, Status, Switching};
@@ -22,3 +26,4 @@ pub use report::{
     CrashReport, FaultReport, Histogram, HistogramBucket, Latencies, LineReport, LinkReport,
     MeshReport, MessageReport, NodeReport, NodeTime, Report, Sample, Timeline, Totals, TraceEvent,
 };
+pub use simulate::simulate;

@@ -170,6 +170,12 @@ impl<'a> KiloView<'a> {
         }
     }
 
+    /// All blocks, back to back.
+    #[must_use]
+    pub fn block_section(&self) -> &'a [u8] {
+        bytemuck::cast_slice(self.blocks)
+    }
+
     /// The bytes of a block; `None` beyond the last.
     #[must_use]
     pub fn block_bytes(&self, block: u32) -> Option<&'a [u8]> {

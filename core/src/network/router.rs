@@ -275,6 +275,12 @@ impl<'a> Router<'a> {
         self.memory.fifos.iter().skip(first).take(LANES).map(|fifo| u32::from(fifo.peak)).sum()
     }
 
+    /// Packets that the buffers of a port can hold.
+    #[must_use]
+    pub fn buffers(&self) -> u32 {
+        u32::from(self.size.depth).saturating_mul(self.size.lanes_used() as u32)
+    }
+
     /// Packets in all buffers.
     #[must_use]
     pub fn buffered(&self) -> u32 {

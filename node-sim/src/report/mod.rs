@@ -1,16 +1,18 @@
 //! What a run reports.
 
+#[cfg_attr(not(test), expect(dead_code, reason = "nodes do not tell latencies yet"))]
 mod histogram;
 mod link;
 mod node;
 mod timeline;
+mod totals;
 
 pub use histogram::{Histogram, HistogramBucket, Latencies};
 pub use link::{LinkReport, MeshReport};
 pub use node::{LineReport, NodeReport, NodeTime};
 pub use timeline::{Sample, Timeline};
+pub use totals::Totals;
 
-use kiloray_core::node::{Counts, Work};
 use serde::Serialize;
 
 /// What a run reports.
@@ -83,27 +85,6 @@ pub struct CrashReport {
     pub node: u16,
     /// When \[ns\].
     pub at_ns: u64,
-}
-
-/// Sums over nodes and links.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
-pub struct Totals {
-    /// What the nodes did; peaks are those of the node that had the greatest.
-    pub counts: Counts,
-    /// Operations.
-    pub work: Work,
-    /// Where the time of the nodes went.
-    pub time: NodeTime,
-    /// Packets on links, one for each hop; control packets not counted.
-    pub packets: u64,
-    /// Packets that bring credit only.
-    pub control_packets: u64,
-    /// Bytes on links, headers and control packets included.
-    pub link_bytes: u64,
-    /// Node and memory of the fullest node \[bytes\].
-    pub peak_node: u16,
-    /// The most memory that any node used \[bytes\].
-    pub peak_bytes: usize,
 }
 
 /// What a node did for a while.

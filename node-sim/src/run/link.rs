@@ -74,10 +74,7 @@ impl Links {
     }
 
     /// What they sent. `buffers` gives the peak and the number of the buffers at a place and port.
-    pub(crate) fn report(
-        &self,
-        mut buffers: impl FnMut(u32, Port) -> (u32, u32),
-    ) -> Vec<LinkReport> {
+    pub(crate) fn report(&self, buffers: impl Fn(u32, Port) -> (u32, u32)) -> Vec<LinkReport> {
         let nodes = self.first.len() as u32 - 2;
         let id = |place: u32| (place < nodes).then_some(place as u16);
         let used = self.all.iter().filter(|link| link.to != u32::MAX);

@@ -25,7 +25,7 @@ pub(crate) use actor::Actor;
 
 use clock::{Phase, PlaceState};
 use event::{Event, EventQueue};
-use kiloray_core::network::{HOST, Mesh, NodeId, PacketHeader, Received, Router};
+use kiloray_core::network::{HOST, Mesh, NodeId, PacketHeader, Port, Received, Router};
 use kiloray_core::node::{Lack, Next, Time};
 use link::Links;
 use packets::Packets;
@@ -99,7 +99,7 @@ impl<'m, N: Actor<'m>, H: Actor<'m>> Run<'m, N, H> {
             events: 0,
             faults: FaultReport::default(),
             trace: Vec::new(),
-            timeline: TimelineRecorder::new(),
+            timeline: TimelineRecorder::default(),
             places,
             links: Links::new(mesh),
             packets: Packets::new(settings.packet),
@@ -157,6 +157,18 @@ impl<'m, N: Actor<'m>, H: Actor<'m>> Run<'m, N, H> {
             Some(node) => node.router(),
             None => self.host.router(),
         }
+    }
+
+    /// What the buffers at a place and port held at most, and what they can hold.
+    pub(crate) fn buffers(&mut self) -> impl Fn(u32, Port) -> (u32, u32) + use<N, H> {
+        let mut buffers = Vec::new();
+        for place in 0..self.places.len() as u32 {
+            let ports = self.links.of(place).len() as u16;
+            let router = self.router(place);
+            let of = |port| (router.peak(Port(port)), router.buffers());
+            buffers.push((0..ports).map(of).collect::<Vec<_>>());
+        }
+        move |place, port| buffers[place as usize][usize::from(port.0)]
     }
 
     fn id(&self, place: u32) -> NodeId {

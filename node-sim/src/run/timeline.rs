@@ -24,12 +24,14 @@ struct Step {
     pixels: u64,
 }
 
-impl TimelineRecorder {
+impl Default for TimelineRecorder {
     /// Of no time yet.
-    pub(crate) fn new() -> Self {
+    fn default() -> Self {
         Self { step: 1024, steps: Vec::with_capacity(STEPS), stored: 0, pixels: 0 }
     }
+}
 
+impl TimelineRecorder {
     /// A node was at work.
     pub(crate) fn busy(&mut self, from: u64, to: u64) {
         self.spread(from, to, |step, ns| step.busy += ns);
@@ -125,7 +127,7 @@ mod tests {
 
     #[test]
     fn nothing_is_lost_when_steps_are_joined() {
-        let mut line = TimelineRecorder::new();
+        let mut line = TimelineRecorder::default();
         let end = 3 << 20;
         for start in (0..end).step_by(1024) {
             line.busy(start, start + 512);

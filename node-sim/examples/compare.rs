@@ -1,0 +1,84 @@
+//! Renders a built-in scene on a simulated mesh and on one core of this machine, one after the other, and
+//! prints whether the pictures are the same, what each took, and where the mesh's time went.
+//!
+//! `cargo run --release -p kiloray-sim --example compare -- SCENE TOPOLOGY NODES MEMORY_KIB SIDE [SCHEDULE [BLOCK_KIB [SAMPLES]]]`
+
+use kiloray_core::block::KiloView;
+use kiloray_core::network::Topology;
+use kiloray_core::node::Schedule;
+use kiloray_scene::{builtin, compile, kilo::KiloFile};
+use kiloray_sim::{Control, Options, Outcome, simulate};
+use std::sync::atomic::AtomicBool;
+use std::time::Instant;
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let text = |at: usize, default: &'static str| {
+        arguments.get(at).map_or(default.to_owned(), String::clone)
+    };
+    let scene = text(0, "cornell");
+    let nodes: u32 = text(2, "64").parse()?;
+    let topology = Topology::parse(&text(1, "torus"), nodes)?;
+    let memory: usize = text(3, "256").parse()?;
+    let side: u32 = text(4, "128").parse()?;
+    let block: usize = text(6, "4").parse()?;
+    let model = builtin::build(&scene)?;
+    let file = compile::compile(&model, &compile::Options { block_bytes: block << 10 }, &mut ())?;
+    let file = KiloFile::from_compiled(file);
+    let file = file.view();
+    let mut options = Options::new(side, side, file.views()[0], topology);
+    options.settings.samples = text(7, "4").parse()?;
+    options.memory = memory << 10;
+    options.schedule = match text(5, "hybrid").as_str() {
+        "demand" => Schedule::Demand,
+        "data" => Schedule::Data,
+        _ => Schedule::Hybrid,
+    };
+    let begin = Instant::now();
+    let outcome = simulated(&file, &options)?;
+    let mesh = begin.elapsed().as_secs_f64();
+    let begin = Instant::now();
+    let picture = rendered(&file, &options)?;
+    let plain = begin.elapsed().as_secs_f64();
+    let report = &outcome.report;
+    let same = outcome.picture.pixels == picture.pixels;
+    println!("{} blocks; complete {}, same {same}", file.blocks(), outcome.complete);
+    println!("wall: mesh {mesh:.3} s, plain {plain:.3} s, ratio {:.3}", mesh / plain);
+    let all = report.virtual_ns as f64 * f64::from(report.mesh.nodes);
+    println!(
+        "virtual {:.3} ms, one core {:.3} ms, events {}, packets {}, control {}, link bytes {}",
+        report.virtual_ns as f64 / 1e6,
+        plain * 1e3,
+        report.events,
+        report.totals.packets,
+        report.totals.control_packets,
+        report.totals.link_bytes
+    );
+    for (name, ns) in report.totals.time.parts() {
+        println!("  {name:<14} {:6.2} %", 100.0 * ns as f64 / all);
+    }
+    let steps: u64 = report.nodes.iter().map(|node| node.steps).sum();
+    println!("steps {steps}; {:?}", report.totals.counts);
+    println!("{:?}", report.totals.work);
+    Ok(())
+}
+
+fn simulated(file: &KiloView<'_>, options: &Options) -> Result<Outcome, kiloray_sim::Error> {
+    let control = Control { cancel: &AtomicBool::new(false), progress: &|_| {} };
+    simulate(file, options, &control)
+}
+
+fn rendered(
+    file: &KiloView<'_>,
+    options: &Options,
+) -> Result<kiloray_render::Picture, kiloray_render::Error> {
+    let Options { width, height, view, settings, .. } = *options;
+    let plain = kiloray_render::Options {
+        settings,
+        threads: 1,
+        ..kiloray_render::Options::new(width, height, view)
+    };
+    let cancel = AtomicBool::new(false);
+    let control = kiloray_render::Control { cancel: &cancel, progress: &|_, _| {} };
+    Ok(kiloray_render::render(file, &plain, &control)?.picture)
+}

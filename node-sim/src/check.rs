@@ -1,0 +1,36 @@
+use crate::{Error, Faults, Options, Rate};
+
+/// Whether the options can be.
+pub(crate) fn check(options: &Options) -> Result<(), Error> {
+    if options.link.bandwidth == 0 {
+        return Err(Error::Bandwidth);
+    }
+    let nodes = options.topology.nodes();
+    let Faults { loss, duplicate, slow, crashes, .. } = &options.faults;
+    for Rate { count, of } in [*loss, *duplicate] {
+        if of == 0 || count > of {
+            return Err(Error::Rate { count, of });
+        }
+    }
+    if loss.count == loss.of {
+        return Err(Error::AllLost);
+    }
+    let named = slow.iter().map(|slow| slow.node).chain(crashes.iter().map(|crash| crash.node));
+    for node in named {
+        if node.0 >= nodes {
+            return Err(Error::NoNode { node: node.0, last: nodes - 1 });
+        }
+    }
+    for slow in slow {
+        if !(slow.factor > 0.0 && slow.factor.is_finite()) {
+            return Err(Error::Factor { node: slow.node.0, factor: slow.factor });
+        }
+    }
+    let mut dying: Vec<u16> = crashes.iter().map(|crash| crash.node.0).collect();
+    dying.sort_unstable();
+    dying.dedup();
+    if dying.len() == usize::from(nodes) {
+        return Err(Error::AllDie { nodes });
+    }
+    Ok(())
+}

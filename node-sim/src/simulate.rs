@@ -1,0 +1,256 @@
+use std::sync::atomic::Ordering;
+
+use kiloray_core::block::KiloView;
+use kiloray_core::network::{HOST, Mesh, NodeId, Router, RouterMemory, RouterSize};
+use kiloray_core::node::{Node, Picture, Progress, Time, Work, World};
+use kiloray_core::render::Tiling;
+use kiloray_core::shade::{Shader, Tables};
+use kiloray_core::store::{Arena, ArenaFull, CHUNK_BYTES, Chunk};
+use kiloray_core::view::Camera;
+use kiloray_render::Ledger;
+use kiloray_simd::Auto;
+
+use crate::check::check;
+use crate::layout::Layout;
+use crate::run::{Actor, Run, RunSettings};
+use crate::{
+    Control, Error, Latencies, LineReport, MeshReport, NodeReport, Options, Outcome, Report,
+    Status, Totals,
+};
+
+/// Events after which the caller is told how far the run is.
+const EVENTS_PER_STATUS: u64 = 1024;
+/// Events without a new pixel after which a run is given up, for each node: nothing takes so long.
+const EVENTS_PER_PIXEL: u64 = 1 << 20;
+
+/// Renders a picture of a file in memory on a mesh of simulated nodes.
+///
+/// Its blocks must have been checked before ([`KiloView::check_blocks`]).
+///
+/// # Errors
+/// [`Error`]: for what cannot begin. What cannot come to its end, or is cancelled, gives an [`Outcome`] that is not complete.
+pub fn simulate(
+    file: &KiloView<'_>,
+    options: &Options,
+    control: &Control<'_>,
+) -> Result<Outcome, Error> {
+    check(options)?;
+    let (width, height) = (options.width, options.height);
+    if width.checked_mul(height).is_none_or(|pixels| pixels == 0) {
+        return Err(Error::Size { width, height });
+    }
+    let camera = Camera::new(&options.view, width, height).ok_or(Error::View)?;
+    let mesh = Mesh::new(options.topology);
+    let layout = Layout::new(file, options, &mesh)?;
+    let tables =
+        Tables { materials: file.materials(), lights: file.lights(), needs: *file.needs() };
+    let shader = Shader::new(tables, options.settings);
+    let tiling = Tiling::new(width, height, layout.side());
+    let world = || Picture::new(Auto::detect(), shader, camera, tiling, file.limits());
+
+    let mut arenas = Vec::new();
+    arenas.resize_with(layout.plans.len(), || vec![Chunk::ZERO; options.memory / CHUNK_BYTES]);
+    let nodes: Result<Vec<_>, ArenaFull> = arenas
+        .iter_mut()
+        .zip(&layout.plans)
+        .enumerate()
+        .map(|(index, (arena, plan))| {
+            let here = NodeId(index as u16);
+            let rom = layout.rom(file, here);
+            let router = |memory| Router::new(mesh, here, plan.router, memory);
+            let mut arena = Arena::new(arena);
+            let budget = layout.budgets[index];
+            Node::new(&mut arena, plan, budget, layout.settings, rom, router, world())
+        })
+        .collect();
+    let size = layout.host_router(&mesh);
+    let mut host_arena = vec![Chunk::ZERO; HostEnd::bytes(&size) / CHUNK_BYTES];
+    let seed = options.settings.seed;
+    let samples = options.settings.samples;
+    let ledger = Ledger::new(width, height, layout.side(), seed, shader.unit(), samples);
+    let ledger = ledger.map_err(|_| Error::Size { width, height })?;
+    let host = HostEnd::new(&mut host_arena, mesh, size, ledger.with_askers(layout.askers()))?;
+    let settings = RunSettings {
+        link: options.link,
+        profile: options.profile,
+        faults: options.faults.clone(),
+        seed: options.seed,
+        packet: layout.packet(),
+        trace: options.trace,
+    };
+    let mut run = Run::new(&mesh, nodes?, host, settings);
+    let end = drive(&mut run, control)?;
+    run.settle();
+    let report = report(&mut run, options, &mesh, &layout);
+    let ledger = &run.host.ledger;
+    Ok(Outcome {
+        picture: ledger.picture(),
+        complete: ledger.is_complete(),
+        lost: if end == End::Lost { ledger.lost() } else { None },
+        overflows: ledger.overflows(),
+        report,
+    })
+}
+
+/// How a run ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum End {
+    Complete,
+    Cancelled,
+    /// A block has no living copy.
+    Lost,
+}
+
+type SimulatedRun<'m, W> = Run<'m, Node<'m, W>, HostEnd<'m>>;
+
+fn drive<'m, W: World>(run: &mut SimulatedRun<'m, W>, control: &Control<'_>) -> Result<End, Error> {
+    let patience = EVENTS_PER_PIXEL * (run.nodes.len() as u64).max(64);
+    let (mut pixels, mut since) = (0, 0);
+    loop {
+        let moves = run.advance();
+        let ledger = &run.host.ledger;
+        let done = ledger.pixels_done();
+        if done != pixels {
+            (pixels, since) = (done, run.events);
+            run.timeline.pixels(run.now, done);
+        }
+        if ledger.is_complete() {
+            return Ok(End::Complete);
+        }
+        if ledger.lost().is_some() {
+            return Ok(End::Lost);
+        }
+        if run.events.is_multiple_of(EVENTS_PER_STATUS) {
+            if control.cancel.load(Ordering::Relaxed) {
+                return Ok(End::Cancelled);
+            }
+            (control.progress)(&Status {
+                pixels: done,
+                pixels_all: ledger.pixels(),
+                virtual_ns: run.now,
+                events: run.events,
+            });
+        }
+        if !moves || run.events - since > patience {
+            let missing = ledger.pixels() - done;
+            return Err(Error::Stuck { virtual_ns: run.now, missing });
+        }
+    }
+}
+
+impl<'m, W: World> Actor<'m> for Node<'m, W> {
+    fn poll(&mut self, now: Time) -> Progress {
+        Node::poll(self, now)
+    }
+
+    fn router(&mut self) -> &mut Router<'m> {
+        Node::router(self)
+    }
+
+    fn stored(&self) -> u32 {
+        Node::stored(self) as u32
+    }
+}
+
+/// The host outside the mesh: it takes no time.
+struct HostEnd<'m> {
+    router: Router<'m>,
+    ledger: Ledger,
+}
+
+impl<'m> HostEnd<'m> {
+    fn bytes(size: &RouterSize) -> usize {
+        Arena::bytes_of::<kiloray_core::network::Slot>(size.slots())
+            + Arena::bytes_of::<kiloray_core::network::Fifo>(size.queues())
+            + Arena::bytes_of::<kiloray_core::network::PortState>(usize::from(size.ports))
+            + Arena::bytes_of::<u8>(size.bytes())
+    }
+
+    fn new(
+        memory: &'m mut [Chunk],
+        mesh: Mesh,
+        size: RouterSize,
+        ledger: Ledger,
+    ) -> Result<Self, ArenaFull> {
+        let mut arena = Arena::new(memory);
+        let memory = RouterMemory {
+            slots: arena.carve(size.slots())?,
+            fifos: arena.carve(size.queues())?,
+            ports: arena.carve(usize::from(size.ports))?,
+            bytes: arena.carve(size.bytes())?,
+        };
+        let full = ArenaFull { need: size.bytes(), have: 0 };
+        let router = Router::new(mesh, HOST, size, memory).ok_or(full)?;
+        Ok(Self { router, ledger })
+    }
+}
+
+impl<'m> Actor<'m> for HostEnd<'m> {
+    fn poll(&mut self, now: Time) -> Progress {
+        Progress { work: Work::default(), next: self.ledger.poll(now, &mut self.router) }
+    }
+
+    fn router(&mut self) -> &mut Router<'m> {
+        &mut self.router
+    }
+
+    fn stored(&self) -> u32 {
+        0
+    }
+}
+
+fn report<W: World>(
+    run: &mut SimulatedRun<'_, W>,
+    options: &Options,
+    mesh: &Mesh,
+    layout: &Layout,
+) -> Report {
+    let slow = |node: u16| {
+        let slow = options.faults.slow.iter().rfind(|slow| slow.node.0 == node);
+        slow.map_or(1.0, |slow| slow.factor)
+    };
+    let crashed = |node: u16| {
+        let crash = run.faults.crashes.iter().find(|crash| crash.node == node);
+        crash.map(|crash| crash.at_ns)
+    };
+    let nodes: Vec<NodeReport> = run
+        .nodes
+        .iter()
+        .zip(&run.places)
+        .zip(0..)
+        .map(|((node, place), number)| {
+            let budget = node.budget();
+            NodeReport {
+                node: number,
+                slow: slow(number),
+                crashed_ns: crashed(number),
+                time: place.time,
+                steps: place.steps,
+                counts: node.counts(),
+                work: place.work,
+                memory: budget.memory(),
+                peak_bytes: budget.peak_bytes(),
+                lines: budget.lines().iter().map(LineReport::from).collect(),
+                owned_blocks: layout.owned(NodeId(number)),
+            }
+        })
+        .collect();
+    let buffers = run.buffers();
+    let links = run.links.report(buffers);
+    let totals = Totals::new(&nodes, &links);
+    Report {
+        mesh: MeshReport::new(mesh),
+        profile: options.profile.name,
+        virtual_ns: run.now,
+        messages: totals.messages(),
+        timeline: std::mem::take(&mut run.timeline).finish(run.now, mesh.nodes()),
+        latencies: Latencies::default(),
+        faults: std::mem::take(&mut run.faults),
+        totals,
+        trace: std::mem::take(&mut run.trace),
+        events: run.events,
+        fingerprint: format!("{:016x}", run.fingerprint()),
+        nodes,
+        links,
+    }
+}

@@ -1,0 +1,196 @@
+//! The picture of a mesh is that of one machine, to the bit; what cannot be is refused by cause.
+
+use crate::{Control, Crash, Error, Link, Options, Outcome, Rate, Slow, Status, simulate};
+use kiloray_core::network::{NodeId, Topology};
+use kiloray_core::node::{Dealing, Schedule};
+use kiloray_scene::kilo::KiloFile;
+use kiloray_scene::{builtin, compile};
+use std::sync::atomic::{AtomicBool, Ordering};
+
+fn scene(name: &str, block_bytes: usize) -> KiloFile {
+    let model = builtin::build(name).expect("a scene that exists");
+    let compiled = compile::compile(&model, &compile::Options { block_bytes }, &mut ());
+    KiloFile::from_compiled(compiled.expect("it compiles"))
+}
+
+fn options(file: &KiloFile, shape: &str, nodes: u32) -> Options {
+    let topology = Topology::parse(shape, nodes).expect("a shape that exists");
+    let mut options = Options::new(24, 20, file.view().views()[0], topology);
+    options.settings.samples = 1;
+    options.settings.shadow_samples = 2;
+    options.memory = 96 << 10;
+    options
+}
+
+fn run(file: &KiloFile, options: &Options) -> Result<Outcome, Error> {
+    let control = Control { cancel: &AtomicBool::new(false), progress: &|_| {} };
+    simulate(&file.view(), options, &control)
+}
+
+/// The picture by one thread over the file.
+fn reference(file: &KiloFile, options: &Options) -> kiloray_render::Picture {
+    let Options { width, height, view, settings, .. } = *options;
+    let options = kiloray_render::Options::new(width, height, view);
+    let options = kiloray_render::Options { settings, threads: 1, ..options };
+    let cancel = AtomicBool::new(false);
+    let control = kiloray_render::Control { cancel: &cancel, progress: &|_, _| {} };
+    kiloray_render::render(&file.view(), &options, &control).expect("it renders").picture
+}
+
+/// Runs, and compares the pictures bit by bit.
+fn same(file: &KiloFile, options: &Options) -> Outcome {
+    let outcome = run(file, options).expect("it runs");
+    assert!(outcome.complete && outcome.lost.is_none());
+    let bits = |picture: &kiloray_render::Picture| -> Vec<[u32; 3]> {
+        picture.pixels.iter().map(|pixel| pixel.map(f32::to_bits)).collect()
+    };
+    assert!(bits(&outcome.picture) == bits(&reference(file, options)), "{:?}", options.topology);
+    outcome
+}
+
+#[test]
+fn the_picture_does_not_depend_on_the_mesh() {
+    let file = scene("glass", 1024);
+    for (shape, nodes) in [
+        ("line", 1),
+        ("line", 3),
+        ("ring", 5),
+        ("mesh:3x2", 6),
+        ("torus:3x3", 9),
+        ("torus:2x3x2", 12),
+        ("hypercube", 16),
+        ("tree:3", 7),
+        ("full", 4),
+    ] {
+        same(&file, &options(&file, shape, nodes));
+    }
+}
+
+#[test]
+fn the_picture_does_not_depend_on_schedule_placement_memory_or_links() {
+    let file = scene("glass", 1024);
+    for schedule in [Schedule::Hybrid, Schedule::Demand, Schedule::Data] {
+        for dealing in [Dealing::Subtrees, Dealing::RoundRobin] {
+            for memory in [32 << 10, 512 << 10] {
+                let mut options = options(&file, "torus:4x2", 8);
+                (options.schedule, options.dealing, options.memory) = (schedule, dealing, memory);
+                let outcome = same(&file, &options);
+                assert_eq!(outcome.report.nodes.len(), 8);
+            }
+        }
+    }
+    let mut options = options(&file, "line", 4);
+    options.link = Link { bandwidth: 1_000_000, latency: 100_000, ..Link::default() };
+    same(&file, &options);
+}
+
+#[test]
+fn the_same_options_give_the_same_run() {
+    let file = scene("glass", 1024);
+    let mut options = options(&file, "torus:3x3", 9);
+    options.faults.loss = Rate { count: 1, of: 50 };
+    options.faults.jitter = 2000;
+    options.trace = 1000;
+    let [a, b] = [(), ()].map(|()| same(&file, &options).report);
+    assert_eq!(a, b);
+    assert_eq!(a.trace.len(), 1000);
+    options.seed = 1;
+    let other = same(&file, &options).report;
+    assert_ne!(a.fingerprint, other.fingerprint);
+}
+
+#[test]
+fn faults_cost_time_and_not_pixels() {
+    let file = scene("glass", 1024);
+    let mut options = options(&file, "mesh:3x3", 9);
+    options.replicas = 2;
+    let healthy = same(&file, &options).report;
+    options.faults.loss = Rate { count: 1, of: 30 };
+    options.faults.duplicate = Rate { count: 1, of: 30 };
+    let lossy = same(&file, &options).report;
+    assert!(lossy.faults.lost > 0 && lossy.faults.doubled > 0);
+    assert!(lossy.virtual_ns > healthy.virtual_ns);
+    options.faults = crate::Faults {
+        slow: vec![Slow { node: NodeId(2), factor: 20.0 }],
+        crashes: vec![Crash { node: NodeId(4), at: healthy.virtual_ns / 3 }],
+        ..crate::Faults::default()
+    };
+    let hurt = same(&file, &options).report;
+    assert_eq!(hurt.faults.crashes.len(), 1);
+    assert!(hurt.virtual_ns > healthy.virtual_ns);
+    assert_eq!(hurt.nodes[4].crashed_ns, Some(healthy.virtual_ns / 3));
+}
+
+#[test]
+fn a_block_without_a_living_copy_is_named() {
+    let file = scene("glass", 1024);
+    let mut options = options(&file, "mesh:3x3", 9);
+    options.faults.crashes = vec![Crash { node: NodeId(4), at: 0 }];
+    let outcome = run(&file, &options).expect("it runs");
+    assert!(!outcome.complete);
+    let lost = outcome.lost.expect("a block is named");
+    assert_eq!(outcome.report.nodes.len(), 9);
+    assert!(lost > 0 && lost < file.view().blocks());
+}
+
+#[test]
+fn accounts_balance() {
+    let file = scene("glass", 1024);
+    let report = same(&file, &options(&file, "torus:3x3", 9)).report;
+    for node in &report.nodes {
+        assert_eq!(node.time.busy() + node.time.idle() + node.time.dead, report.virtual_ns);
+        assert!(node.peak_bytes <= node.memory && node.time.trace > 0);
+    }
+    assert!(report.links.iter().all(|link| link.busy_ns <= report.virtual_ns + 1_000_000));
+    assert!(report.links.iter().all(|link| link.buffers_peak <= link.buffers));
+    let busy: f64 = report.timeline.samples.iter().map(|sample| sample.busy).sum();
+    let busy = busy * report.timeline.step_ns as f64;
+    let all = report.totals.time.busy() as f64;
+    assert!((busy - all).abs() < 0.02 * all, "{busy} {all}");
+    let last = report.timeline.samples.last().expect("time has passed");
+    assert_eq!(last.pixels, 24 * 20);
+}
+
+#[test]
+fn what_cannot_be_is_refused() {
+    let file = scene("cornell", 4096);
+    let refused = |change: &dyn Fn(&mut Options)| {
+        let mut options = options(&file, "mesh:3x3", 9);
+        change(&mut options);
+        run(&file, &options).expect_err("it cannot be").to_string()
+    };
+    let message = refused(&|o| o.memory = 1000);
+    assert!(message.contains("needs") && message.contains("messages"), "{message}");
+    assert!(refused(&|o| o.width = 0).contains("0 × 20"));
+    assert!(refused(&|o| o.view.up = [0.0; 3]).contains("view"));
+    assert!(refused(&|o| o.link.bandwidth = 0).contains("bandwidth"));
+    assert!(refused(&|o| o.faults.loss = Rate { count: 2, of: 1 }).contains("2 in 1"));
+    assert!(refused(&|o| o.faults.loss = Rate { count: 1, of: 1 }).contains("all packets"));
+    let crash = |node| Crash { node: NodeId(node), at: 5 };
+    assert!(refused(&|o| o.faults.crashes = vec![crash(9)]).contains("nodes 0 to 8"));
+    let all = |o: &mut Options| o.faults.crashes = (0..9).map(crash).collect();
+    assert!(refused(&all).contains("all 9 nodes die"));
+    let slow = |o: &mut Options| o.faults.slow = vec![Slow { node: NodeId(1), factor: 0.0 }];
+    assert!(refused(&slow).contains("factor of 0"));
+}
+
+#[test]
+fn a_cancelled_run_gives_what_is_rendered() {
+    let file = scene("cornell", 4096);
+    let mut options = options(&file, "mesh:3x3", 9);
+    (options.width, options.height) = (64, 64);
+    let cancel = AtomicBool::new(false);
+    let stop = |status: &Status| {
+        assert!(status.pixels < status.pixels_all);
+        if status.pixels > 100 {
+            cancel.store(true, Ordering::Relaxed);
+        }
+    };
+    let control = Control { cancel: &cancel, progress: &stop };
+    let outcome = simulate(&file.view(), &options, &control).expect("it runs");
+    assert!(!outcome.complete && outcome.lost.is_none());
+    let reference = reference(&file, &options);
+    let pixels = outcome.picture.pixels.iter().zip(&reference.pixels);
+    assert!(pixels.clone().all(|(a, b)| a == b || *a == [0.0; 3]));
+    assert!(pixels.filter(|(a, _)| **a != [0.0; 3]).count() > 100);
+}
