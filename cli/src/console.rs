@@ -36,6 +36,23 @@ pub(crate) fn bytes(n: u64) -> String {
     }
 }
 
+/// A length of time in nanoseconds, in three figures.
+pub(crate) fn duration(ns: u64) -> String {
+    let (value, unit) = match ns {
+        0..1_000 => return format!("{ns} ns"),
+        1_000..1_000_000 => (ns as f64 / 1e3, "µs"),
+        1_000_000..1_000_000_000 => (ns as f64 / 1e6, "ms"),
+        _ => (ns as f64 / 1e9, "s"),
+    };
+    let decimals = usize::from(value < 100.0) + usize::from(value < 10.0);
+    format!("{value:.decimals$} {unit}")
+}
+
+/// A part of a whole, as a percentage.
+pub(crate) fn percent(part: f64) -> String {
+    format!("{:.1} %", 100.0 * part)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -44,6 +61,10 @@ mod tests {
     fn numbers_are_short() {
         let all = [0, 9_999, 12_345, 1_000_000, 2_345_678_901].map(count);
         assert_eq!(all, ["0", "9999", "12.3 k", "1.00 M", "2.35 G"]);
+        assert_eq!(
+            [999, 1_500, 12_345_678, 123_456_789, 61_000_000_000].map(duration),
+            ["999 ns", "1.50 µs", "12.3 ms", "123 ms", "61.0 s"]
+        );
         assert_eq!([1, 65_536, 20_971_520].map(bytes), ["1 B", "64.0 KiB", "20.0 MiB"]);
     }
 }

@@ -57,6 +57,14 @@ impl Failure {
         Self::file(path, cause)
     }
 
+    /// The line.
+    pub(crate) fn message(&self) -> &str {
+        match self {
+            Self::Usage(message) | Self::Failed(message) => message,
+            Self::ClosedPipe | Self::Printed => "",
+        }
+    }
+
     /// Prints the line; gives the exit code.
     pub(crate) fn report(&self) -> ExitCode {
         let (message, code) = match self {

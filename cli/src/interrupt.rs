@@ -1,11 +1,20 @@
-//! Ctrl-C: what was half done is removed, and the command ends at once.
+//! Ctrl-C: what was half done is removed, and the command ends at once; or, where it can, it keeps what
+//! it has, and a second Ctrl-C ends it at once.
 
 use std::{
     collections::BTreeSet,
     fs,
     path::{Path, PathBuf},
-    sync::Mutex,
+    sync::{
+        Mutex,
+        atomic::{AtomicBool, Ordering},
+    },
 };
+
+/// The work at hand can end early, and keep what it has.
+static GENTLE: AtomicBool = AtomicBool::new(false);
+/// It was asked to.
+static CANCEL: AtomicBool = AtomicBool::new(false);
 
 /// Files that are not complete yet.
 static PARTIAL: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
@@ -32,10 +41,24 @@ impl Drop for Partial {
     }
 }
 
+/// From now on the first Ctrl-C sets this, and the command ends in its own way.
+pub(crate) fn gentle() -> &'static AtomicBool {
+    GENTLE.store(true, Ordering::Relaxed);
+    &CANCEL
+}
+
+/// Whether the work was asked to end early.
+pub(crate) fn is_asked() -> bool {
+    CANCEL.load(Ordering::Relaxed)
+}
+
 /// From now on Ctrl-C (and a request to terminate) ends the command with exit code 1.
 pub(crate) fn install() {
     // Where no handler can be set the system's default ends the command as well.
     let _ = ctrlc::set_handler(|| {
+        if GENTLE.load(Ordering::Relaxed) && !CANCEL.swap(true, Ordering::Relaxed) {
+            return;
+        }
         // The lock is kept: no file can be completed or begun from here on.
         let all = PARTIAL.lock();
         if let Ok(all) = &all {

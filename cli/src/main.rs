@@ -4,6 +4,7 @@
 //! line on the standard error and an exit code ([`failure`]): 0 done, 1 failed, 2 usage.
 
 mod args;
+mod chart;
 mod command;
 mod compare;
 mod console;
@@ -11,6 +12,7 @@ mod failure;
 mod framing;
 mod interrupt;
 mod output;
+mod page;
 mod picture;
 mod progress;
 mod scene;

@@ -69,6 +69,25 @@ impl Output {
         Ok(Self { path: path.to_owned(), target })
     }
 
+    /// The same file under a name that says that it is not all: `room.incomplete.png`.
+    pub(crate) fn incomplete(mut self) -> Self {
+        if let (Target::File(..), Some(stem)) = (&self.target, self.path.file_stem()) {
+            let mut name = stem.to_owned();
+            name.push(".incomplete");
+            if let Some(extension) = self.path.extension() {
+                name.push(".");
+                name.push(extension);
+            }
+            self.path.set_file_name(name);
+        }
+        self
+    }
+
+    /// Where it will be.
+    pub(crate) fn path(&self) -> &Path {
+        &self.path
+    }
+
     /// Writes the whole file and puts it in its place.
     pub(crate) fn write(self, bytes: &[u8]) -> Outcome {
         self.write_with(|out| out.write_all(bytes))
@@ -129,6 +148,10 @@ mod tests {
         assert_eq!(fs::read(&path).unwrap(), b"first");
         drop(Output::create(&path).unwrap());
         assert_eq!(names(), 1, "a partial file is left");
+
+        Output::create(&path).unwrap().incomplete().write(b"half").unwrap();
+        assert_eq!(fs::read(folder.path().join("out.incomplete.txt")).unwrap(), b"half");
+        assert_eq!(fs::read(&path).unwrap(), b"first");
     }
 
     #[cfg(unix)]

@@ -1,15 +1,21 @@
 //! What can be typed.
 
+mod axis;
+mod mesh;
 mod options;
 mod parse;
 mod size;
 mod text;
+mod units;
 
 use std::path::PathBuf;
 
+pub(crate) use axis::{Axis, point, scale};
 use clap::{Args, Parser, Subcommand, ValueHint};
+pub(crate) use mesh::{Mesh, Placement, Prefetch, Profile, Schedule, Switching, TaskOrder};
 pub(crate) use options::{Bounds, Common, Exposure, ViewChoice};
 pub(crate) use parse::{command, parse};
+pub(crate) use units::Part;
 
 /// Ray tracing in kilobytes.
 #[derive(Debug, Parser)]
@@ -34,6 +40,12 @@ pub(crate) enum Command {
     /// Render a scene on this machine, in all its memory or in as little as you say
     #[command(after_help = text::RENDER, args_override_self = true)]
     Render(Box<Render>),
+    /// Render a scene on a simulated mesh of nodes, and show what it costs
+    #[command(after_help = text::SIM, args_override_self = true)]
+    Sim(Box<Sim>),
+    /// Simulate every combination of some options: a table, plots and a page
+    #[command(after_help = text::SWEEP, args_override_self = true)]
+    Sweep(Box<Sweep>),
     /// Compile a scene to a .kilo file of blocks, and print what it needs
     #[command(after_help = text::COMPILE, args_override_self = true)]
     Compile(Compile),
@@ -63,8 +75,51 @@ pub(crate) struct Render {
     pub(crate) common: Common,
 }
 
-/// What to read.
+/// `kiloray sim`.
+#[derive(Debug, Clone, Args)]
+pub(crate) struct Sim {
+    #[command(flatten)]
+    pub(crate) scene: Scene,
+    /// The picture: .png (for the eye), .hdr or .exr (linear radiance); default: the scene's name and .png
+    #[arg(short, long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    pub(crate) output: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) mesh: Mesh,
+    #[command(flatten)]
+    pub(crate) common: Common,
+    /// Write what each node did, and when, for Perfetto (https://ui.perfetto.dev)
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath, help_heading = "Report")]
+    pub(crate) trace: Option<PathBuf>,
+    /// Leave out the one-node run that efficiency is measured against
+    #[arg(long, help_heading = "Report")]
+    pub(crate) no_baseline: bool,
+}
+
+/// `kiloray sweep`.
 #[derive(Debug, Args)]
+pub(crate) struct Sweep {
+    #[command(flatten)]
+    pub(crate) scene: Scene,
+    /// An option to vary, and its values: memory=64KiB,128KiB or, doubling, nodes=1..256 (repeatable: all combinations)
+    #[arg(long, value_name = "OPTION=VALUES", required = true)]
+    pub(crate) over: Vec<Axis>,
+    /// The directory of sweep.csv, the plots and index.html
+    #[arg(short, long, value_name = "DIR", value_hint = ValueHint::DirPath, default_value = "sweep")]
+    pub(crate) output: PathBuf,
+    #[command(flatten)]
+    pub(crate) mesh: Mesh,
+    #[command(flatten)]
+    pub(crate) common: Common,
+    /// Leave out the one-node runs that efficiency is measured against
+    #[arg(long, help_heading = "Report")]
+    pub(crate) no_baseline: bool,
+    /// The words that each point has.
+    #[arg(skip)]
+    pub(crate) typed: Vec<std::ffi::OsString>,
+}
+
+/// What to read.
+#[derive(Debug, Clone, Args)]
 pub(crate) struct Scene {
     /// A built-in scene (see 'kiloray scenes') or files: .rad, .obj, .vf, .kilo; several make one scene
     #[arg(required = true, value_name = "SCENE", value_hint = ValueHint::FilePath)]

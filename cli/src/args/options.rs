@@ -180,7 +180,7 @@ impl Bounds {
     }
 }
 
-fn whole(text: &str, min: u32, max: u32) -> Result<u32, String> {
+pub(super) fn whole(text: &str, min: u32, max: u32) -> Result<u32, String> {
     text.parse()
         .ok()
         .filter(|n| (min..=max).contains(n))

@@ -1,8 +1,8 @@
 use std::ffi::OsString;
 
-use clap::{CommandFactory, Parser, error::ErrorKind};
+use clap::{CommandFactory, FromArgMatches, error::ErrorKind};
 
-use super::Arguments;
+use super::{Arguments, Command, axis};
 use crate::{
     console,
     failure::{Failure, Outcome},
@@ -16,7 +16,7 @@ pub(crate) fn command() -> clap::Command {
 /// Reads the command line.
 pub(crate) fn parse(arguments: impl Iterator<Item = OsString>) -> Outcome<Arguments> {
     let arguments: Vec<_> = arguments.collect();
-    Arguments::try_parse_from(&arguments).map_err(|error| match error.kind() {
+    read(&arguments).map_err(|error| match error.kind() {
         ErrorKind::DisplayHelp | ErrorKind::DisplayVersion => {
             let text = error.render();
             let text = text.to_string();
@@ -24,6 +24,17 @@ pub(crate) fn parse(arguments: impl Iterator<Item = OsString>) -> Outcome<Argume
         }
         _ => Failure::Usage(one_line(&error.render().to_string(), arguments.get(1))),
     })
+}
+
+fn read(arguments: &[OsString]) -> Result<Arguments, clap::Error> {
+    let matches = command().try_get_matches_from(arguments)?;
+    let mut read = Arguments::from_arg_matches(&matches)?;
+    if let Some(Command::Sweep(sweep)) = &mut read.command
+        && let Some((_, matches)) = matches.subcommand()
+    {
+        sweep.typed = axis::typed(matches);
+    }
+    Ok(read)
 }
 
 /// The cause and its hints, without the usage, in one line.

@@ -1,16 +1,18 @@
 //! What the help says beyond a line for each option.
 
 pub(super) const ABOUT: &str = "\
-Ray tracing in kilobytes: a scene is compiled to small blocks, and rendered in as little memory as
-you say. The picture does not depend on the memory, the threads or the machine.";
+Ray tracing in kilobytes: a scene is compiled to small blocks, and rendered by nodes that each have
+as little memory as you say. The picture does not depend on the memory, the mesh or the machine.";
 
 pub(super) const EXAMPLES: &str = "\
 Examples:
-  kiloray                                          render a built-in scene
+  kiloray                                          render a built-in scene on a simulated mesh
   kiloray scenes                                   list the built-in scenes
   kiloray render glass -o glass.png                render one of them
   kiloray render room.rad lamps.rad --view room.vf -o room.exr
   kiloray render sinc:1000 --memory 64KiB          two million triangles in 64 KiB
+  kiloray sim glass --nodes 64 --topology torus:8x8 --memory 64KiB --report page
+  kiloray sweep glass --over nodes=1..256 -o speed-up
   kiloray compare reference.exr room.exr -o difference.png
 
 Exit codes: 0 done, 1 failed, 2 the command line makes no sense.
@@ -31,6 +33,36 @@ radiance as it is.
 
 The image_hash of --json is the BLAKE3 hash of all linear pixels: rows from the top, red, green and
 blue as 32-bit little-endian floats.";
+
+pub(super) const SIM: &str = "\
+Examples:
+  kiloray sim cornell                              64 nodes of 256 KiB on a torus
+  kiloray sim glass --topology mesh:8x8 --memory 64KiB --report page
+  kiloray sim sinc:1000 --nodes 256 --topology hypercube --schedule data
+  kiloray sim cornell --profile t800 --link-bandwidth 20Mbit/s --link-latency 5us
+  kiloray sim cornell --loss 1/1000 --crash 5@2ms --block-replicas 2 --trace run.json
+
+Every node is the real one: it has --memory for all that it holds, and knows no more than what its
+links bring. Time is virtual: a profile says how long an operation takes, so the same command gives
+the same times on any machine. The pixels are those of 'kiloray render', to the bit, whatever the
+mesh, the memory, the schedule and the faults; where all copies of a block die with their nodes the
+run ends with an error, and what was rendered is marked as incomplete.
+
+efficiency = T1 / (nodes x TN), with T1 the virtual time of one node of the same profile that has
+the whole scene in its memory. The page of --report shows what the rest was lost to.";
+
+pub(super) const SWEEP: &str = "\
+Examples:
+  kiloray sweep glass --over nodes=1..256 -o speed-up
+  kiloray sweep glass --over nodes=1..64 --over schedule=hybrid,demand,data -o schedules
+  kiloray sweep sinc:500 --over memory=64KiB..1MiB --over prefetch=0,4,all -o caches
+  kiloray sweep cornell --over link-bandwidth=1MB/s..1GB/s --samples 4 --width 128
+
+Any option of 'kiloray sim' can be an axis, by its name; what is not varied is given as for 'sim'.
+Lists and ranges mix: nodes=1..16,24,32. A range doubles. All combinations are simulated, on all
+cores; the order of the table is that of the axes, whatever was done first. The first axis with
+numbers is across in the plots, the others make a line each. A point that fails has its error in
+the table and does not stop the others.";
 
 pub(super) const COMPILE: &str = "\
 Examples:

@@ -9,6 +9,8 @@ mod plan;
 mod render;
 mod report;
 mod scenes;
+mod sim;
+mod sweep;
 
 use crate::{
     args::{Arguments, Command},
@@ -20,6 +22,8 @@ pub(crate) fn run(arguments: Arguments) -> Outcome {
     match arguments.command {
         None => render::run_without_arguments(),
         Some(Command::Render(render)) => render::run(&render),
+        Some(Command::Sim(sim)) => sim::run(&sim),
+        Some(Command::Sweep(sweep)) => sweep::run(&sweep),
         Some(Command::Compile(compile)) => compile::run(&compile),
         Some(Command::Plan(plan)) => plan::run(&plan),
         Some(Command::Compare(compare)) => compare::run(&compare),

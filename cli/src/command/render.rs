@@ -49,7 +49,7 @@ pub(super) fn run(arguments: &args::Render) -> Outcome {
     kiloray_render::plan(&scene.file.view(), &options).map_err(engine::refused)?;
     let output = Output::create(&path)?;
     let json_out = common.json.as_deref().map(Output::create).transpose()?;
-    let page = common.report.as_deref().map(html::Page::create).transpose()?;
+    let page = common.report.as_deref().map(html::Files::create).transpose()?;
     scene.print_notes(quiet);
 
     let render_start = Instant::now();
@@ -76,7 +76,7 @@ pub(super) fn run(arguments: &args::Render) -> Outcome {
         output.write(format!("{:#}\n", run.as_json()).as_bytes())?;
     }
     if let Some(page) = page {
-        page.write(&run)?;
+        page.write_run(&run)?;
     }
     let to_standard =
         [Some(path.as_path()), common.json.as_deref()].contains(&Some(Path::new("-")));

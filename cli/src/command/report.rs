@@ -1,4 +1,4 @@
-use kiloray_core::store::Line;
+use kiloray_core::{shade::Counts, store::Line};
 use kiloray_render::{Options, Rendered};
 use serde_json::{Value, json};
 
@@ -20,6 +20,37 @@ pub(super) struct Run<'a> {
     pub(super) exposure: Option<f32>,
 }
 
+/// Light, rays and data that were not needed, by name.
+pub(super) fn skipped(scene: &Scene, c: &Counts) -> Vec<(&'static str, u64)> {
+    let [materials, lights] = scene.left_out();
+    vec![
+        ("materials_without_effect", materials),
+        ("lights_without_effect", lights),
+        ("lights_below", c.lights_below),
+        ("lights_facing_away", c.lights_facing_away),
+        ("lights_out_of_reach", c.lights_out_of_reach),
+        ("lights_by_chance", c.lights_by_chance),
+        ("shadow_dark", c.shadow_dark),
+        ("shadow_clear", c.shadow_clear),
+        ("specular_by_chance", c.specular_by_chance),
+        ("specular_too_deep", c.specular_too_deep),
+    ]
+}
+
+/// The same, with what the scene has none of, for the JSON.
+pub(super) fn skipped_json(scene: &Scene, counts: &Counts) -> Value {
+    let mut all: serde_json::Map<_, _> =
+        skipped(scene, counts).into_iter().map(|(name, n)| (name.to_owned(), json!(n))).collect();
+    all.insert("not_needed".into(), json!(not_needed(scene)));
+    all.into()
+}
+
+/// What the scene does not need, and so was left out.
+pub(super) fn not_needed(scene: &Scene) -> Vec<&'static str> {
+    let bits = scene.file.view().needs().bits;
+    NEEDS.iter().filter(|(bit, ..)| bits & bit == 0).map(|&(_, name, _)| name).collect()
+}
+
 impl Run<'_> {
     /// Bytes of the node: all lines of all threads.
     pub(super) fn peak(&self) -> u64 {
@@ -29,32 +60,13 @@ impl Run<'_> {
 
     /// Light, rays and data that were not needed, by name.
     pub(super) fn skipped(&self) -> Vec<(&'static str, u64)> {
-        let c = &self.rendered.report.counts;
-        let [materials, lights] = self.scene.left_out();
-        vec![
-            ("materials_without_effect", materials),
-            ("lights_without_effect", lights),
-            ("lights_below", c.lights_below),
-            ("lights_facing_away", c.lights_facing_away),
-            ("lights_out_of_reach", c.lights_out_of_reach),
-            ("lights_by_chance", c.lights_by_chance),
-            ("shadow_dark", c.shadow_dark),
-            ("shadow_clear", c.shadow_clear),
-            ("specular_by_chance", c.specular_by_chance),
-            ("specular_too_deep", c.specular_too_deep),
-        ]
+        skipped(self.scene, &self.rendered.report.counts)
     }
 
     /// Rays of all kinds.
     pub(super) fn rays(&self) -> u64 {
         let c = &self.rendered.report.counts;
         c.primary + c.shadow + c.specular
-    }
-
-    /// What the scene does not need, and so was left out.
-    pub(super) fn not_needed(&self) -> Vec<&'static str> {
-        let bits = self.scene.file.view().needs().bits;
-        NEEDS.iter().filter(|(bit, ..)| bits & bit == 0).map(|&(_, name, _)| name).collect()
     }
 
     /// The fields that scripts rely on.
@@ -71,9 +83,6 @@ impl Run<'_> {
         // As it is printed: 0.7, not the nearest f32.
         let stops = self.exposure.and_then(|stops| stops.to_string().parse::<f64>().ok());
         options["exposure"] = json!(stops);
-        let mut skipped: serde_json::Map<_, _> =
-            self.skipped().into_iter().map(|(name, n)| (name.to_owned(), json!(n))).collect();
-        skipped.insert("not_needed".into(), json!(self.not_needed()));
         let lines: Vec<_> = report
             .budget
             .lines()
@@ -110,7 +119,7 @@ impl Run<'_> {
                 "specular": report.counts.specular,
                 "ambient": 0,
             },
-            "skipped": skipped,
+            "skipped": skipped_json(self.scene, &report.counts),
             "messages": { "count": 0, "bytes": 0 },
             "blocks": {
                 "count": header.blocks,

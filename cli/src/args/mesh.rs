@@ -1,0 +1,346 @@
+use std::{fmt, str::FromStr};
+
+use clap::{Args, ValueEnum};
+use kiloray_core::network::{NODES_MAX, Topology};
+use serde::Serialize;
+
+use super::{
+    options::whole,
+    size::parse_bytes,
+    units::{Part, parse_part, parse_rate, parse_time},
+};
+
+/// Nodes where neither their number nor sizes of the topology are given.
+const NODES: u32 = 64;
+
+/// Options of a simulated mesh.
+#[derive(Debug, Clone, Args, Serialize)]
+pub(crate) struct Mesh {
+    /// How many nodes [default: as the sizes of the topology say, else 64]
+    #[arg(long, value_name = "N", value_parser = nodes, allow_hyphen_values = true, help_heading = "Mesh")]
+    pub(crate) nodes: Option<u32>,
+    /// Who is next to whom: line, ring, mesh, torus (mesh:8x4, torus:4x4x4), hypercube, tree, tree:ARITY, full [default: torus, nearly square]
+    #[arg(long, value_name = "T", help_heading = "Mesh")]
+    pub(crate) topology: Option<String>,
+    /// How fast a node is
+    #[arg(long, value_name = "P", value_enum, default_value_t = Profile::Pc, help_heading = "Mesh")]
+    pub(crate) profile: Profile,
+    /// Nodes that are slower by a factor, as in 5:10 (repeatable)
+    #[arg(long, value_name = "NODE:FACTOR", value_delimiter = ',', help_heading = "Mesh")]
+    pub(crate) slow: Vec<Slow>,
+    /// Owned blocks lie in the arena too, as on a board without flash
+    #[arg(long, help_heading = "Mesh")]
+    pub(crate) owned_in_arena: bool,
+
+    /// Which rays fetch blocks, and which go to them: hybrid (only specular rays go), demand (all fetch), data (all go)
+    #[arg(long, value_name = "S", value_enum, default_value_t = Schedule::Hybrid, help_heading = "Work")]
+    pub(crate) schedule: Schedule,
+    /// How many blocks are fetched ahead for a bundle of rays: all that its pyramid touches, the K nearest, or none
+    #[arg(long, value_name = "all|K|0", allow_hyphen_values = true, help_heading = "Work")]
+    pub(crate) prefetch: Option<Prefetch>,
+    /// Which of the waiting rays goes on first: in the order made, or as their blocks arrive
+    #[arg(long, value_name = "O", value_enum, help_heading = "Work")]
+    pub(crate) task_order: Option<TaskOrder>,
+    /// Side of a tile, the unit in which pixels are handed out [default: by picture, nodes and memory]
+    #[arg(long, value_name = "PIXELS", value_parser = tile, allow_hyphen_values = true, help_heading = "Work")]
+    pub(crate) tile: Option<u32>,
+    /// Refusals of a ray after which the node that sent it runs it itself
+    #[arg(long, value_name = "K", value_parser = refusals, allow_hyphen_values = true, help_heading = "Work")]
+    pub(crate) refusals: Option<u32>,
+
+    /// Which node owns which blocks: subtrees of equal bytes, or each block in turn
+    #[arg(long, value_name = "P", value_enum, default_value_t = Placement::Subtrees, help_heading = "Data")]
+    pub(crate) placement: Placement,
+    /// How much of the top of the tree lies with every node: bytes (16KiB) or a number of blocks
+    #[arg(long, value_name = "SIZE|N", allow_hyphen_values = true, help_heading = "Data")]
+    pub(crate) top: Option<Top>,
+    /// Copies of each block in all; the picture survives K - 1 crashes
+    #[arg(long, value_name = "K", default_value_t = 1, value_parser = replicas, allow_hyphen_values = true, help_heading = "Data")]
+    pub(crate) block_replicas: u32,
+
+    /// Bandwidth of a link, each way, as in 1GB/s or 20Mbit/s [default: 1GB/s]
+    #[arg(long, value_name = "RATE", value_parser = parse_rate, allow_hyphen_values = true, help_heading = "Links")]
+    pub(crate) link_bandwidth: Option<u64>,
+    /// Time of a byte over a link, as in 1us [default: 1us]
+    #[arg(long, value_name = "TIME", value_parser = parse_time, allow_hyphen_values = true, help_heading = "Links")]
+    pub(crate) link_latency: Option<u64>,
+    /// Greatest packet with its header
+    #[arg(long, value_name = "SIZE", value_parser = packet, allow_hyphen_values = true, help_heading = "Links")]
+    pub(crate) packet: Option<u32>,
+    /// Whether a router waits for a whole packet (store) or passes on its head at once (cut)
+    #[arg(long, value_name = "S", value_enum, help_heading = "Links")]
+    pub(crate) switching: Option<Switching>,
+
+    /// Packets lost, of those sent over each link: 1/1000, 0.001 or 0.1%
+    #[arg(long, value_name = "PART", value_parser = parse_part, allow_hyphen_values = true, help_heading = "Faults")]
+    pub(crate) loss: Option<Part>,
+    /// Packets doubled
+    #[arg(long, value_name = "PART", value_parser = parse_part, allow_hyphen_values = true, help_heading = "Faults")]
+    pub(crate) duplicate: Option<Part>,
+    /// Each packet is late by a random time up to this one
+    #[arg(long, value_name = "TIME", value_parser = parse_time, allow_hyphen_values = true, help_heading = "Faults")]
+    pub(crate) jitter: Option<u64>,
+    /// A node that crashes at a time of the run, as in 5@2ms (repeatable)
+    #[arg(long, value_name = "NODE@TIME", value_delimiter = ',', help_heading = "Faults")]
+    pub(crate) crash: Vec<Crash>,
+}
+
+impl Mesh {
+    /// The topology, by what is given of the two.
+    pub(crate) fn topology(&self) -> Result<Topology, String> {
+        let name = self.topology.as_deref().unwrap_or("torus");
+        let nodes = self.nodes.or_else(|| product(name)).unwrap_or(NODES);
+        Topology::parse(name, nodes).map_err(|error| match &self.topology {
+            Some(given) => format!("--topology {given} for {nodes} nodes: {error}"),
+            None => format!("--nodes {nodes}: {error}"),
+        })
+    }
+
+    /// What the report calls the topology: with its sizes.
+    pub(crate) fn topology_name(&self, topology: &Topology) -> String {
+        let name = self.topology.as_deref().unwrap_or("torus");
+        match topology {
+            Topology::Grid(grid) if matches!(name, "mesh" | "torus") => {
+                let sizes: Vec<_> = grid.sizes().map(|s| s.to_string()).collect();
+                format!("{name}:{}", sizes.join("x"))
+            }
+            _ => name.to_owned(),
+        }
+    }
+}
+
+/// Nodes by the sizes after the name of a grid.
+fn product(name: &str) -> Option<u32> {
+    let (_, sizes) = name.split_once(':').filter(|(name, _)| matches!(*name, "mesh" | "torus"))?;
+    sizes.split('x').try_fold(1_u32, |n, size| n.checked_mul(size.parse().ok()?))
+}
+
+/// How fast a node is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub(crate) enum Profile {
+    /// A core of the PC that it was calibrated on
+    Pc,
+    /// Transputer, 25 MHz, of 1987
+    T800,
+    /// Raspberry Pi's Cortex-M33 with FPU, 150 MHz
+    Rp2350,
+    /// Cortex-M4F, 168 MHz
+    Stm32f4,
+}
+
+/// Which rays go where.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub(crate) enum Schedule {
+    /// Camera and shadow rays fetch blocks, specular rays go to them
+    Hybrid,
+    /// All rays fetch blocks
+    Demand,
+    /// All rays go to the blocks
+    Data,
+}
+
+/// Which node owns which blocks.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum Placement {
+    /// Subtrees of equal bytes
+    Subtrees,
+    /// One block to each node in turn
+    RoundRobin,
+}
+
+/// Which of the waiting rays goes on first.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub(crate) enum TaskOrder {
+    /// In the order in which they were made
+    Made,
+    /// As their blocks arrive
+    Ready,
+}
+
+/// How a router passes packets on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub(crate) enum Switching {
+    /// Store and forward
+    Store,
+    /// Cut through
+    Cut,
+}
+
+/// Blocks fetched ahead.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Prefetch {
+    All,
+    Nearest(u16),
+}
+
+impl FromStr for Prefetch {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text.parse() {
+            _ if text == "all" => Ok(Self::All),
+            Ok(number) => Ok(Self::Nearest(number)),
+            Err(_) => Err("write 'all', or a number of blocks from 0 to 65535".into()),
+        }
+    }
+}
+
+impl fmt::Display for Prefetch {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::All => f.write_str("all"),
+            Self::Nearest(blocks) => write!(f, "{blocks}"),
+        }
+    }
+}
+
+/// How much lies with every node.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Top {
+    Blocks(u32),
+    Bytes(u64),
+}
+
+impl Top {
+    /// In blocks of a size.
+    pub(crate) fn blocks(self, block_bytes: u64) -> u32 {
+        match self {
+            Self::Blocks(blocks) => blocks,
+            Self::Bytes(bytes) => (bytes / block_bytes.max(1)).min(u64::from(u32::MAX)) as u32,
+        }
+    }
+}
+
+impl FromStr for Top {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text.parse() {
+            Ok(blocks) => Ok(Self::Blocks(blocks)),
+            Err(_) => parse_bytes(text)
+                .map(Self::Bytes)
+                .map_err(|_| "write a size as in 16KiB, or a number of blocks".into()),
+        }
+    }
+}
+
+impl fmt::Display for Top {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Blocks(blocks) => write!(f, "{blocks}"),
+            Self::Bytes(bytes) => write!(f, "{bytes}B"),
+        }
+    }
+}
+
+/// A slow node.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub(crate) struct Slow {
+    pub(crate) node: u16,
+    pub(crate) factor: f64,
+}
+
+impl FromStr for Slow {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let parsed = text.split_once(':').and_then(|(node, factor)| {
+            Some(Self { node: node.parse().ok()?, factor: factor.parse().ok()? })
+        });
+        parsed
+            .filter(|slow| (1.0..=1e6).contains(&slow.factor))
+            .ok_or_else(|| "write a node and a factor from 1 to 1000000, as in 5:10".into())
+    }
+}
+
+/// A node's end.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub(crate) struct Crash {
+    pub(crate) node: u16,
+    #[serde(rename = "time_ns")]
+    pub(crate) time: u64,
+}
+
+impl FromStr for Crash {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let (node, time) =
+            text.split_once('@').ok_or("write a node and a time of the run, as in 5@2ms")?;
+        let node =
+            node.parse().map_err(|_| format!("'{node}' is no node; write it as in 5@2ms"))?;
+        Ok(Self { node, time: parse_time(time)? })
+    }
+}
+
+macro_rules! serialize_as_typed {
+    ($($name:ty),*) => {$(
+        impl Serialize for $name {
+            fn serialize<S: serde::Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
+                to.collect_str(self)
+            }
+        }
+    )*};
+}
+serialize_as_typed!(Prefetch, Top);
+
+fn nodes(text: &str) -> Result<u32, String> {
+    whole(text, 1, NODES_MAX)
+}
+
+fn tile(text: &str) -> Result<u32, String> {
+    whole(text, 1, 1024)
+}
+
+fn refusals(text: &str) -> Result<u32, String> {
+    whole(text, 1, 255)
+}
+
+fn replicas(text: &str) -> Result<u32, String> {
+    whole(text, 1, NODES_MAX)
+}
+
+fn packet(text: &str) -> Result<u32, String> {
+    let wrong = "a packet has 128B to 64KiB";
+    parse_bytes(text).and_then(|bytes| u32::try_from(bytes).map_err(|_| wrong.into())).and_then(
+        |bytes| if (128..=65_536).contains(&bytes) { Ok(bytes) } else { Err(wrong.into()) },
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn faults_are_a_node_and_a_number() {
+        assert_eq!("5@2ms".parse(), Ok(Crash { node: 5, time: 2_000_000 }));
+        assert_eq!("5:2.5".parse(), Ok(Slow { node: 5, factor: 2.5 }));
+        for text in ["", "5", "5@", "@1ms", "5@1", "-1@1ms", "5@-1ms"] {
+            assert!(text.parse::<Crash>().is_err(), "{text}");
+        }
+        for text in ["", "5", "5:", "5:0", "5:-1", "5:inf", "5:NaN", "a:2"] {
+            assert!(text.parse::<Slow>().is_err(), "{text}");
+        }
+    }
+
+    #[test]
+    fn the_top_is_bytes_or_blocks() {
+        assert_eq!("16KiB".parse(), Ok(Top::Bytes(16_384)));
+        assert_eq!("5".parse(), Ok(Top::Blocks(5)));
+        assert_eq!(Top::Bytes(16_384).blocks(4096), 4);
+        assert!("many".parse::<Top>().is_err());
+    }
+
+    #[test]
+    fn sizes_of_a_topology_give_the_nodes() {
+        assert_eq!(
+            ["torus:8x8", "mesh:3x3x3", "ring", "tree:3", "mesh:x"].map(product),
+            [Some(64), Some(27), None, None, None]
+        );
+    }
+}

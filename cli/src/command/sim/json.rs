@@ -1,0 +1,192 @@
+use kiloray_sim::{NodeReport, Report};
+use serde_json::{Value, json};
+
+use super::{Run, lost::lost};
+use crate::command::report;
+
+impl Run<'_> {
+    /// The fields that scripts rely on.
+    pub(in crate::command) fn as_json(&self) -> Value {
+        let outcome = &self.done.outcome;
+        let report = &outcome.report;
+        let (counts, picture) = (&report.totals.counts, &outcome.picture);
+        let header = self.scene.file.view();
+        let header = header.header();
+        let bounds: serde_json::Map<_, _> =
+            self.bounds().into_iter().map(|(name, ns)| (name, json!(seconds(ns)))).collect();
+        json!({
+            "version": env!("CARGO_PKG_VERSION"),
+            "options": self.options_json(),
+            "complete": outcome.complete,
+            "lost_block": outcome.lost,
+            "image_hash": self.done.image_hash,
+            "image_hash_kind": "blake3",
+            "width": picture.width,
+            "height": picture.height,
+            "nodes": report.nodes.len(),
+            "time_s": self.done.all_s,
+            "mesh_s": self.done.mesh_s,
+            "virtual_time_s": seconds(report.virtual_ns),
+            "virtual_time_one_node_s": self.done.baseline.map(|one| seconds(one.virtual_ns)),
+            "efficiency": self.done.efficiency(),
+            "surfaces": header.primitives,
+            "rays": {
+                "primary": counts.shade.primary,
+                "shadow": counts.shade.shadow,
+                "specular": counts.shade.specular,
+                "ambient": 0,
+            },
+            "skipped": report::skipped_json(self.scene, &counts.shade),
+            "messages": {
+                "count": report.messages.iter().map(|m| m.sent).sum::<u64>(),
+                "bytes": report.messages.iter().map(|m| m.sent_bytes).sum::<u64>(),
+                "by_kind": report.messages,
+            },
+            "links": {
+                "packets": report.totals.packets,
+                "control_packets": report.totals.control_packets,
+                "bytes": report.totals.link_bytes,
+                "busiest": self.busiest_link().map(|link| json!({
+                    "from": link.from,
+                    "to": link.to,
+                    "busy": part(link.busy_ns, report.virtual_ns),
+                })),
+                "worst_cut": self.cut.as_ref().map(|cut| json!({
+                    "name": cut.name,
+                    "links": cut.links,
+                    "bytes": cut.bytes,
+                    "bound_s": seconds(cut.bound_ns),
+                })),
+            },
+            "blocks": {
+                "count": header.blocks,
+                "bytes": u64::from(header.blocks) * u64::from(header.block_bytes),
+                "fetched": counts.cache.fetched,
+                "owned_max": report.nodes.iter().map(|n| n.owned_blocks).max(),
+            },
+            "memory": {
+                "limit": self.options.memory,
+                "peak": report.totals.peak_bytes,
+                "peak_node": report.totals.peak_node,
+                "lines": lines_json(report),
+            },
+            "points": points_json(report),
+            "cache": {
+                "hits": counts.cache.hits,
+                "misses": counts.cache.misses,
+                "evictions": counts.cache.evictions,
+            },
+            "migrated": counts.migrated,
+            "retries": self.retries(),
+            "retries_by_cause": {
+                "rays": counts.rays_again,
+                "fetches": counts.fetches_again,
+                "tiles": counts.tiles_again,
+            },
+            "refusals": counts.refused,
+            "run_at_home": counts.run_at_home,
+            "overflows": outcome.overflows,
+            "lost": lost(report, self.done.baseline.as_ref())
+                .into_iter()
+                .map(|loss| (loss.name.to_owned(), json!(loss.part)))
+                .collect::<serde_json::Map<_, _>>(),
+            "bounds_s": bounds,
+            "latencies": report.latencies,
+            "faults": report.faults,
+            "events": report.events,
+            "fingerprint": report.fingerprint,
+            "notes": self.scene.notes,
+        })
+    }
+
+    /// The same, and all that the page draws.
+    pub(in crate::command) fn as_json_with_details(&self) -> Value {
+        let mut json = self.as_json();
+        let report = &self.done.outcome.report;
+        json["mesh"] = json!(report.mesh);
+        json["timeline"] = json!(report.timeline);
+        json["per_node"] = json!(report.nodes);
+        json["per_link"] = json!(report.links);
+        json
+    }
+
+    fn options_json(&self) -> Value {
+        let mut options = json!(self.sim.common);
+        if let (Some(all), Value::Object(mesh)) = (options.as_object_mut(), json!(self.sim.mesh)) {
+            all.extend(mesh);
+        }
+        let header = self.scene.file.view();
+        let o = self.options;
+        options["scenes"] = json!(self.sim.scene.scenes);
+        options["width"] = json!(o.width);
+        options["height"] = json!(o.height);
+        options["block"] = json!(header.header().block_bytes);
+        options["memory"] = json!(o.memory);
+        options["nodes"] = json!(o.topology.nodes());
+        options["topology"] = json!(self.topology);
+        options["prefetch"] = json!(prefetch(o.prefetch));
+        options["task_order"] = json!(format!("{:?}", o.order).to_lowercase());
+        options["link_bandwidth"] = json!(o.link.bandwidth);
+        options["link_latency"] = json!(o.link.latency);
+        options["packet"] = json!(o.link.packet);
+        options["switching"] = json!(match o.link.switching {
+            kiloray_sim::Switching::StoreAndForward => "store",
+            kiloray_sim::Switching::CutThrough => "cut",
+        });
+        options["refusals"] = json!(o.refusals);
+        options["loss"] = json!(rate(o.faults.loss));
+        options["duplicate"] = json!(rate(o.faults.duplicate));
+        options["jitter"] = json!(o.faults.jitter);
+        // As it is printed: 0.7, not the nearest f32.
+        let stops = self.exposure.and_then(|stops| stops.to_string().parse::<f64>().ok());
+        options["exposure"] = json!(stops);
+        options
+    }
+}
+
+/// `all`, or a number.
+pub(in crate::command) fn prefetch(prefetch: kiloray_core::node::Prefetch) -> String {
+    match prefetch {
+        kiloray_core::node::Prefetch::All => "all".into(),
+        kiloray_core::node::Prefetch::Nearest(blocks) => blocks.to_string(),
+    }
+}
+
+fn rate(rate: kiloray_sim::Rate) -> f64 {
+    f64::from(rate.count) / f64::from(rate.of.max(1))
+}
+
+fn seconds(ns: u64) -> f64 {
+    ns as f64 / 1e9
+}
+
+fn part(of: u64, all: u64) -> f64 {
+    of as f64 / all.max(1) as f64
+}
+
+/// Every line, with the peak of the node that had the greatest.
+fn lines_json(report: &Report) -> Vec<Value> {
+    super::lines(report)
+        .into_iter()
+        .map(|line| {
+            json!({
+                "line": line.name,
+                "capacity": line.capacity,
+                "bytes": line.bytes,
+                "peak": line.peak,
+                "peak_bytes": line.peak_bytes,
+            })
+        })
+        .collect()
+}
+
+/// Of the node that had the most.
+fn points_json(report: &Report) -> Value {
+    let name = kiloray_core::store::Line::Points.name();
+    let of = |node: &NodeReport| node.lines.iter().find(|l| l.name == name).copied();
+    let lines: Vec<_> = report.nodes.iter().filter_map(of).collect();
+    json!({
+        "capacity": lines.iter().map(|l| l.capacity).max().unwrap_or(0),
+        "peak": lines.iter().map(|l| l.peak).max().unwrap_or(0),
+    })
+}

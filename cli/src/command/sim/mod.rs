@@ -1,0 +1,165 @@
+//! `kiloray sim`: a picture from a simulated mesh, and what it cost.
+
+mod cut;
+#[cfg(test)]
+mod fixture;
+mod json;
+mod lost;
+mod options;
+mod page;
+mod run;
+mod summary;
+#[cfg(test)]
+mod tests;
+mod trace;
+
+use std::{path::PathBuf, sync::atomic::Ordering};
+
+use kiloray_sim::{LineReport, LinkReport, Options, Report};
+
+use self::{cut::Cut, lost::bounds};
+pub(super) use self::{
+    json::prefetch,
+    lost::Baseline,
+    options::{baseline, memory, options, refused},
+    run::{Done, measured},
+};
+use super::{engine, html};
+use crate::{
+    args,
+    failure::{self, Failure, Outcome},
+    interrupt,
+    output::Output,
+    picture::{self, Format},
+    scene::{self, Scene},
+};
+
+/// A run, and all that is told of it.
+pub(super) struct Run<'a> {
+    pub(super) sim: &'a args::Sim,
+    pub(super) scene: &'a Scene,
+    pub(super) options: &'a Options,
+    pub(super) done: &'a Done,
+    /// The topology, with its sizes.
+    topology: String,
+    cut: Option<Cut>,
+    /// Stops of a PNG.
+    pub(super) exposure: Option<f32>,
+}
+
+/// Simulates and writes.
+pub(super) fn run(sim: &args::Sim) -> Outcome {
+    let common = &sim.common;
+    let quiet = common.quiet;
+    if let Some(path) = &sim.output {
+        Format::of(path)?;
+    }
+    // What makes no sense is said before the scene is read.
+    sim.mesh.topology().map_err(Failure::usage)?;
+    let scene = load(sim, quiet)?;
+    let options = options(sim, &scene)?;
+    let path = sim.output.clone().unwrap_or_else(|| PathBuf::from(format!("{}.png", scene.name)));
+    // Whether all can be written shows before the work.
+    let output = Output::create(&path)?;
+    let json_out = common.json.as_deref().map(Output::create).transpose()?;
+    let trace_out = sim.trace.as_deref().map(Output::create).transpose()?;
+    let files = common.report.as_deref().map(html::Files::create).transpose()?;
+    scene.print_notes(quiet);
+
+    let cancel = interrupt::gentle();
+    let done = run::run(&scene, &options, !sim.no_baseline, cancel, quiet)?;
+    let complete = done.outcome.complete;
+    let output = if complete { output } else { output.incomplete() };
+    let path = output.path().to_owned();
+    let saved = picture::save(&done.outcome.picture, Format::of(&path)?, common.exposure, output)?;
+    let run = Run::new(sim, &scene, &options, &done, saved.exposure);
+    if let Some(output) = json_out {
+        output.write(format!("{:#}\n", run.as_json()).as_bytes())?;
+    }
+    if let Some(output) = trace_out {
+        output.write_with(|out| trace::write(&done.outcome.report, &options, out))?;
+        let cut = trace::cut(&done.outcome.report, &options);
+        if !cut.is_empty() && !quiet {
+            failure::warn(&cut);
+        }
+    }
+    if let Some(files) = files {
+        let shown = html::Shown::new(&done.outcome.picture, common.exposure)?;
+        let json = format!("{:#}\n", run.as_json_with_details());
+        files.write(&page::page(&run, &shown), &json, &shown.png)?;
+    }
+    let is_standard = |p: &std::path::Path| p == std::path::Path::new("-");
+    let to_standard = [Some(path.as_path()), common.json.as_deref(), sim.trace.as_deref()]
+        .into_iter()
+        .flatten()
+        .any(is_standard);
+    if !quiet && !to_standard {
+        summary::print(&run, &path)?;
+    }
+    match (complete, done.outcome.lost) {
+        (true, _) if cancel.load(Ordering::Relaxed) => {
+            Err(Failure::new("interrupted; the picture is complete, the efficiency is not known"))
+        }
+        (true, _) => Ok(()),
+        (false, Some(block)) => Err(Failure::new(format_args!(
+            "block {block} is lost: no living node holds a copy; what was rendered is in {}",
+            path.display()
+        ))),
+        (false, None) => Err(Failure::new(format_args!(
+            "interrupted; what was rendered is in {}",
+            path.display()
+        ))),
+    }
+}
+
+/// Reads and compiles the scene, in blocks that suit the nodes' memory.
+pub(super) fn load(sim: &args::Sim, quiet: bool) -> Outcome<Scene> {
+    let block = engine::default_block(Some(memory(sim)));
+    let scene = scene::load(&sim.scene.scenes, sim.common.block, block, quiet)?;
+    Ok(scene.with_view(sim.common.view.as_ref()))
+}
+
+impl<'a> Run<'a> {
+    /// Of a run that ended.
+    pub(super) fn new(
+        sim: &'a args::Sim,
+        scene: &'a Scene,
+        options: &'a Options,
+        done: &'a Done,
+        exposure: Option<f32>,
+    ) -> Self {
+        let topology = sim.mesh.topology_name(&options.topology);
+        let cut = cut::worst(&done.outcome.report, options.link.bandwidth);
+        Self { sim, scene, options, done, topology, cut, exposure }
+    }
+
+    /// Requests made again.
+    fn retries(&self) -> u64 {
+        let c = &self.done.outcome.report.totals.counts;
+        c.rays_again + c.fetches_again + c.tiles_again
+    }
+
+    fn busiest_link(&self) -> Option<&LinkReport> {
+        self.done.outcome.report.links.iter().max_by_key(|link| link.busy_ns)
+    }
+
+    /// What no run of these nodes and links can be faster than.
+    fn bounds(&self) -> Vec<(String, u64)> {
+        bounds(&self.done.outcome.report, self.done.baseline.as_ref(), self.cut.as_ref())
+    }
+}
+
+/// The lines of a node's memory, each with the peak of the node that had the greatest.
+pub(super) fn lines(report: &Report) -> Vec<LineReport> {
+    let Some(first) = report.nodes.first() else { return Vec::new() };
+    let mut lines = first.lines.clone();
+    for node in &report.nodes {
+        for (most, line) in lines.iter_mut().zip(&node.lines) {
+            if line.peak_bytes > most.peak_bytes {
+                *most = *line;
+            }
+        }
+    }
+    lines.retain(|line| line.bytes > 0);
+    lines
+}

@@ -1,0 +1,158 @@
+use kiloray_core::{
+    network::{NodeId, Topology},
+    node,
+    shade::Settings,
+};
+use kiloray_sim::{Crash, Error, Faults, Link, Options, Profile, Rate, Slow, Switching};
+
+use crate::{
+    args::{self, Bounds},
+    command::engine,
+    failure::{Failure, Outcome},
+    framing,
+    scene::Scene,
+};
+
+/// Memory of a node where nothing is said.
+const MEMORY: u64 = 256 << 10;
+/// Memory of the one node that efficiency is measured against: more than it can use.
+const BASELINE_MEMORY: usize = 64 << 20;
+/// Most events of a trace: a file of some 30 MB.
+const TRACE_EVENTS: usize = 300_000;
+
+/// Size of the nodes' memory.
+pub(in crate::command) fn memory(sim: &args::Sim) -> u64 {
+    sim.common.memory.unwrap_or(MEMORY)
+}
+
+/// What the simulator is told.
+pub(in crate::command) fn options(sim: &args::Sim, scene: &Scene) -> Outcome<Options> {
+    let (common, mesh) = (&sim.common, &sim.mesh);
+    let view = scene.choose_view(common.view.as_ref())?;
+    let Bounds { width, height } =
+        Bounds::new(common.width, common.height, framing::aspect(&view)).map_err(Failure::usage)?;
+    let topology = mesh.topology().map_err(Failure::usage)?;
+    let block_bytes = u64::from(scene.file.view().header().block_bytes);
+    let view = framing::fitted(view, width, height);
+    let mut options = Options::new(width, height, view, topology);
+    options.settings = Settings {
+        samples: common.samples,
+        shadow_samples: common.shadow_samples.unwrap_or(0),
+        bounces: common.bounces as u8,
+        seed: common.seed,
+    };
+    options.memory = usize::try_from(memory(sim))
+        .map_err(|_| Failure::usage("--memory is more than can be addressed"))?;
+    options.link = link(mesh, options.link);
+    let profile = profile_name(mesh.profile);
+    options.profile = Profile::named(profile).ok_or_else(|| {
+        Failure::usage(format_args!("--profile {profile}: it has no figures yet"))
+    })?;
+    options.faults = faults(mesh);
+    options.seed = common.seed;
+    options.schedule = match mesh.schedule {
+        args::Schedule::Hybrid => node::Schedule::Hybrid,
+        args::Schedule::Demand => node::Schedule::Demand,
+        args::Schedule::Data => node::Schedule::Data,
+    };
+    options.dealing = match mesh.placement {
+        args::Placement::Subtrees => node::Dealing::Subtrees,
+        args::Placement::RoundRobin => node::Dealing::RoundRobin,
+    };
+    options.top = mesh.top.map(|top| top.blocks(block_bytes));
+    options.replicas = replicas(mesh, &topology)?;
+    if let Some(prefetch) = mesh.prefetch {
+        options.prefetch = match prefetch {
+            args::Prefetch::All => node::Prefetch::All,
+            args::Prefetch::Nearest(blocks) => node::Prefetch::Nearest(blocks),
+        };
+    }
+    if let Some(order) = mesh.task_order {
+        options.order = match order {
+            args::TaskOrder::Made => node::TaskOrder::Made,
+            args::TaskOrder::Ready => node::TaskOrder::Ready,
+        };
+    }
+    if let Some(refusals) = mesh.refusals {
+        options.refusals = refusals as u8;
+    }
+    options.tile = mesh.tile.map(|side| side as u16);
+    options.owned_in_arena = mesh.owned_in_arena;
+    options.trace = if sim.trace.is_some() { TRACE_EVENTS } else { 0 };
+    Ok(options)
+}
+
+/// The same picture on one node of the same profile that has all blocks, and memory to spare.
+pub(in crate::command) fn baseline(options: &Options) -> Outcome<Options> {
+    let topology = Topology::parse("line", 1).map_err(Failure::new)?;
+    Ok(Options {
+        memory: BASELINE_MEMORY,
+        faults: Faults::default(),
+        replicas: 1,
+        group: 0,
+        owned_in_arena: false,
+        trace: 0,
+        ..Options { topology, ..options.clone() }
+    })
+}
+
+/// An error of the simulator: exit code 2 where it is about what was typed.
+pub(in crate::command) fn refused(error: Error) -> Failure {
+    match error {
+        Error::Budget(error) => engine::too_small(&error),
+        Error::Stuck { .. } | Error::Arena(_) => Failure::new(error),
+        other => Failure::usage(other),
+    }
+}
+
+fn profile_name(profile: args::Profile) -> &'static str {
+    match profile {
+        args::Profile::Pc => "pc",
+        args::Profile::T800 => "t800",
+        args::Profile::Rp2350 => "rp2350",
+        args::Profile::Stm32f4 => "stm32f4",
+    }
+}
+
+fn link(mesh: &args::Mesh, mut link: Link) -> Link {
+    link.bandwidth = mesh.link_bandwidth.unwrap_or(link.bandwidth);
+    link.latency = mesh.link_latency.unwrap_or(link.latency);
+    link.packet = mesh.packet.map_or(link.packet, |packet| packet.min(u16::MAX.into()) as u16);
+    link.switching = match mesh.switching {
+        Some(args::Switching::Store) => Switching::StoreAndForward,
+        Some(args::Switching::Cut) => Switching::CutThrough,
+        None => link.switching,
+    };
+    link
+}
+
+fn faults(mesh: &args::Mesh) -> Faults {
+    let rate = |part: Option<args::Part>| {
+        part.map_or_else(Rate::default, |part| Rate { count: part.numerator, of: part.denominator })
+    };
+    Faults {
+        loss: rate(mesh.loss),
+        duplicate: rate(mesh.duplicate),
+        jitter: mesh.jitter.unwrap_or(0),
+        slow: mesh
+            .slow
+            .iter()
+            .map(|slow| Slow { node: NodeId(slow.node), factor: slow.factor })
+            .collect(),
+        crashes: mesh
+            .crash
+            .iter()
+            .map(|crash| Crash { node: NodeId(crash.node), at: crash.time })
+            .collect(),
+    }
+}
+
+fn replicas(mesh: &args::Mesh, topology: &Topology) -> Outcome<u16> {
+    let nodes = topology.nodes();
+    u16::try_from(mesh.block_replicas).ok().filter(|&copies| copies <= nodes).ok_or_else(|| {
+        Failure::usage(format_args!(
+            "--block-replicas {}: {nodes} nodes hold at most {nodes} copies of a block",
+            mesh.block_replicas
+        ))
+    })
+}

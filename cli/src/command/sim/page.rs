@@ -1,0 +1,285 @@
+//! The page about a run on a mesh.
+
+mod links;
+mod maps;
+mod time;
+
+use super::{Run, cut::link_name, lines, lost::lost, summary};
+use crate::{
+    chart::Layout,
+    command::{html::Shown, report},
+    console::{bytes, count, duration, percent},
+    page::{Bar, Page},
+};
+
+/// Draws it.
+pub(super) fn page(run: &Run<'_>, shown: &Shown<'_>) -> String {
+    let outcome = &run.done.outcome;
+    let report = &outcome.report;
+    let mut page = Page::new(&format!("{} on {}", run.scene.name, run.topology));
+    page.soft(summary::mesh(run));
+    if !outcome.complete {
+        page.warning(match outcome.lost {
+            Some(block) => format!(
+                "The picture is incomplete: block {block} is lost, no living node holds a copy."
+            ),
+            None => "The picture is incomplete: the run was stopped.".into(),
+        });
+    }
+    page.cards(&cards(run));
+    page.picture(shown.picture, &shown.png);
+    lost_time(&mut page, run);
+    let layout = Layout::new(&report.mesh);
+    maps::draw(&mut page, run, &layout);
+    time::lines(&mut page, run);
+    links::draw(&mut page, run, &layout);
+    time::latencies(&mut page, run);
+    messages(&mut page, run);
+    memory(&mut page, run);
+    rays(&mut page, run);
+    faults(&mut page, run);
+    the_run(&mut page, run, shown);
+    for note in &run.scene.notes {
+        page.text(format_args!("Note: {note}"));
+    }
+    page.finish()
+}
+
+fn cards(run: &Run<'_>) -> Vec<(&'static str, String)> {
+    let report = &run.done.outcome.report;
+    let counts = &report.totals.counts;
+    let mut cards = vec![("virtual time", duration(report.virtual_ns))];
+    if let Some(efficiency) = run.done.efficiency() {
+        let speed_up = efficiency * report.nodes.len() as f64;
+        cards.push(("parallel efficiency", format!("{efficiency:.3}")));
+        cards.push(("times as fast as one node", format!("{speed_up:.1}")));
+    }
+    let asked = counts.cache.hits + counts.cache.misses;
+    cards.extend([
+        (
+            "of a node's memory at most used",
+            percent(part(report.totals.peak_bytes as u64, run.options.memory as u64)),
+        ),
+        ("blocks fetched", count(counts.cache.fetched)),
+        (
+            "of accesses hit the cache",
+            if asked > 0 { percent(part(counts.cache.hits, asked)) } else { "-".into() },
+        ),
+        ("rays migrated", count(counts.migrated)),
+        ("messages", count(report.messages.iter().map(|m| m.sent).sum())),
+    ]);
+    cards
+}
+
+fn lost_time(page: &mut Page, run: &Run<'_>) {
+    let report = &run.done.outcome.report;
+    page.heading("Where the time of the nodes went");
+    let useful = match run.done.efficiency() {
+        Some(efficiency) => ("what one node needs for the picture".to_owned(), efficiency),
+        None => {
+            let time = &report.totals.time;
+            let all = report.nodes.len() as u64 * report.virtual_ns;
+            ("tracing and shading".to_owned(), part(time.trace + time.shade, all))
+        }
+    };
+    let mut losses = lost(report, run.done.baseline.as_ref());
+    losses.sort_by(|a, b| b.part.total_cmp(&a.part));
+    let mut parts = vec![(useful.0, percent(useful.1), useful.1)];
+    parts.extend(losses.iter().map(|loss| (loss.words.to_owned(), percent(loss.part), loss.part)));
+    page.split(&parts);
+    for loss in losses.iter().filter(|loss| loss.part <= -0.000_5) {
+        page.soft(format_args!(
+            "{}: {}. The mesh does less of it than one node.",
+            loss.words,
+            percent(loss.part)
+        ));
+    }
+    page.soft(
+        "Of all nodes' time, from the first event to the last pixel. Efficiency is what one node \
+         of the same profile, with the whole scene in its memory, needs for the same picture.",
+    );
+    let mut rows: Vec<_> = run
+        .bounds()
+        .into_iter()
+        .map(|(name, ns)| Bar::new(name, duration(ns), ns as f64))
+        .collect();
+    rows.push(Bar::new("measured", duration(report.virtual_ns), report.virtual_ns as f64));
+    page.heading("Lower bounds, and what was measured");
+    page.bars(&rows);
+}
+
+fn messages(page: &mut Page, run: &Run<'_>) {
+    let report = &run.done.outcome.report;
+    page.heading("Messages");
+    let all: u64 = report.messages.iter().map(|m| m.sent_bytes).sum();
+    let rows: Vec<_> = report
+        .messages
+        .iter()
+        .map(|m| {
+            let mean = m.sent_bytes as f64 / m.sent.max(1) as f64;
+            vec![
+                words(m.kind).to_owned(),
+                count(m.sent),
+                bytes(m.sent_bytes),
+                format!("{mean:.0} B"),
+                percent(part(m.sent_bytes, all)),
+                count(m.received),
+            ]
+        })
+        .collect();
+    page.table(&["kind", "sent", "bytes", "mean", "of all bytes", "handled"], &rows);
+    page.soft(format_args!(
+        "On the links: {} packets, one for each hop, and {} that bring credit only; {} with headers.",
+        count(report.totals.packets),
+        count(report.totals.control_packets),
+        bytes(report.totals.link_bytes)
+    ));
+    let c = &report.totals.counts;
+    let rows: Vec<_> = [
+        ("rays that a full node refused", c.refused),
+        ("rays run at home after too many refusals", c.run_at_home),
+        ("rays sent again after their time limit", c.rays_again),
+        ("blocks asked for again after their time limit", c.fetches_again),
+        ("tiles sent again to the host", c.tiles_again),
+        ("steps that found no frame, slot or room to send", c.stalls),
+        ("answers that nobody waited for: late, doubled", c.unasked),
+        ("packets that could not be read", c.damaged),
+        ("blocks that arrived damaged", c.blocks_refused),
+    ]
+    .into_iter()
+    .filter(|&(_, n)| n > 0)
+    .map(|(name, n)| Bar::new(name, n, n as f64))
+    .collect();
+    page.heading("Refusals and retries");
+    if rows.is_empty() {
+        page.text("None.");
+    } else {
+        page.bars(&rows);
+    }
+}
+
+fn words(kind: &str) -> &str {
+    match kind {
+        "fetch" => "requests for blocks",
+        "part" => "pieces of blocks",
+        "tile" => "tiles: asked for, given, pixels",
+        "ray" => "rays",
+        "answer" => "answers to rays",
+        "refusal" => "refusals",
+        other => other,
+    }
+}
+
+fn memory(page: &mut Page, run: &Run<'_>) {
+    let report = &run.done.outcome.report;
+    page.heading("Memory of a node, by line");
+    page.text(format_args!(
+        "At most {} of {} bytes were in use, at node {}; {} in the mean over nodes. Blocks that a node owns, {} at most, lie {}.",
+        report.totals.peak_bytes,
+        run.options.memory,
+        report.totals.peak_node,
+        bytes(report.nodes.iter().map(|n| n.peak_bytes as u64).sum::<u64>() / report.nodes.len().max(1) as u64),
+        report.nodes.iter().map(|n| n.owned_blocks).max().unwrap_or(0),
+        if run.options.owned_in_arena { "in it too" } else { "apart from it, read-only" },
+    ));
+    let rows: Vec<_> = lines(report)
+        .iter()
+        .map(|line| {
+            vec![
+                line.name.to_owned(),
+                line.capacity.to_string(),
+                line.peak.to_string(),
+                line.bytes.to_string(),
+                line.peak_bytes.to_string(),
+                percent(part(line.peak_bytes as u64, line.bytes as u64)),
+            ]
+        })
+        .collect();
+    let heads =
+        ["line", "items planned", "most in use", "bytes planned", "most in use", "of the plan"];
+    page.table(&heads, &rows);
+    page.soft("'Most in use' is of the node that had the most in this line.");
+}
+
+fn rays(page: &mut Page, run: &Run<'_>) {
+    let c = &run.done.outcome.report.totals.counts;
+    page.heading("Rays");
+    let rows = [
+        ("primary", c.shade.primary),
+        ("shadow", c.shade.shadow),
+        ("specular", c.shade.specular),
+        ("sent to another node", c.migrated),
+        ("run for another node", c.visitors),
+    ];
+    page.bars(&rows.map(|(name, n)| Bar::new(name, count(n), n as f64)));
+    crate::command::html::skipped(page, run.scene, &report::skipped(run.scene, &c.shade));
+}
+
+fn faults(page: &mut Page, run: &Run<'_>) {
+    let report = &run.done.outcome.report;
+    let Some(words) = summary::faults(run) else { return };
+    page.heading("Faults");
+    page.text(words);
+    for crash in &report.faults.crashes {
+        page.text(format_args!("Node {} crashed at {}.", crash.node, duration(crash.at_ns)));
+    }
+    for slow in &run.options.faults.slow {
+        page.text(format_args!("Node {} is slower by a factor of {}.", slow.node.0, slow.factor));
+    }
+}
+
+fn the_run(page: &mut Page, run: &Run<'_>, shown: &Shown<'_>) {
+    let report = &run.done.outcome.report;
+    let file = run.scene.file.view();
+    let header = file.header();
+    let (o, settings) = (run.options, &run.options.settings);
+    let sources: Vec<_> =
+        run.sim.scene.scenes.iter().map(|scene| scene.display().to_string()).collect();
+    page.heading("The run");
+    page.pairs(&[
+        ("scene", sources.join(", ")),
+        ("surfaces", count(header.primitives.into())),
+        (
+            "blocks",
+            format!(
+                "{} of {}, {}",
+                count(header.blocks.into()),
+                bytes(header.block_bytes.into()),
+                bytes(u64::from(header.blocks) * u64::from(header.block_bytes))
+            ),
+        ),
+        ("picture", format!("{} x {}", o.width, o.height)),
+        ("samples", settings.samples.to_string()),
+        ("bounces", settings.bounces.to_string()),
+        ("exposure", format!("{} stops", shown.stops)),
+        ("seed", o.seed.to_string()),
+        ("mesh", summary::mesh(run)),
+        (
+            "links",
+            format!(
+                "{} per second each way, {}, packets of {}, {}",
+                bytes(o.link.bandwidth),
+                duration(o.link.latency),
+                bytes(o.link.packet.into()),
+                match o.link.switching {
+                    kiloray_sim::Switching::StoreAndForward => "store and forward",
+                    kiloray_sim::Switching::CutThrough => "cut through",
+                }
+            ),
+        ),
+        ("host at nodes", format!("{:?}", report.mesh.attached).replace(['[', ']'], "")),
+        ("prefetch", super::prefetch(o.prefetch)),
+        ("copies of a block", o.replicas.to_string()),
+        ("simulated in", format!("{:.2} s, {} events", run.done.all_s, count(report.events))),
+        ("hash of the pixels", run.done.image_hash.clone()),
+        ("hash of the events", report.fingerprint.clone()),
+        ("version", env!("CARGO_PKG_VERSION").to_owned()),
+    ]);
+    if let Some(link) = run.busiest_link() {
+        page.soft(format_args!("The busiest link is {}.", link_name(link)));
+    }
+}
+
+fn part(of: u64, all: u64) -> f64 {
+    of as f64 / all.max(1) as f64
+}

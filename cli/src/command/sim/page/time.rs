@@ -1,0 +1,141 @@
+use kiloray_sim::{Histogram, Sample};
+
+use super::super::Run;
+use crate::{
+    chart::{Line, Lines, Mark, SERIES, Scale, css},
+    console::{count, duration},
+    page::Page,
+};
+
+/// How the run went on.
+pub(super) fn lines(page: &mut Page, run: &Run<'_>) {
+    let report = &run.done.outcome.report;
+    let samples = &report.timeline.samples;
+    if samples.len() < 2 {
+        return;
+    }
+    page.heading("Over time");
+    let (unit, name) = match report.virtual_ns {
+        0..2_000_000 => (1e3, "virtual time, µs"),
+        2_000_000..2_000_000_000 => (1e6, "virtual time, ms"),
+        _ => (1e9, "virtual time, s"),
+    };
+    let step = report.timeline.step_ns as f64 / unit;
+    let points = |of: &dyn Fn(&Sample) -> f64| -> Vec<_> {
+        let at = |(i, sample): (usize, &Sample)| ((i as f64 + 0.5) * step, of(sample));
+        samples.iter().enumerate().map(at).collect()
+    };
+    let line = |name: &str, mark, colour, of: &dyn Fn(&Sample) -> f64| Line {
+        name: name.into(),
+        mark,
+        colour,
+        points: points(of),
+    };
+    let draw = |title: &str, y_name: &str, y_max, lines| {
+        Lines {
+            title,
+            x: Scale::Even,
+            x_name: name,
+            y_name,
+            y_max,
+            lines,
+            size: [520, 250],
+            alone: false,
+        }
+        .svg()
+    };
+    let nodes = report.nodes.len() as f64;
+    page.raw("<div class=\"beside\">\n");
+    // Each area hides the lower part of the one before it.
+    page.raw(&draw(
+        "What the nodes do",
+        "nodes",
+        Some(nodes),
+        vec![
+            line("", Mark::Area, 4, &|s| s.busy + s.waiting + s.idle),
+            line("", Mark::Area, 1, &|s| s.busy + s.waiting),
+            line("", Mark::Area, 2, &|s| s.busy),
+        ],
+    ));
+    page.raw(&draw(
+        "Rays held for later, in all nodes",
+        "rays",
+        None,
+        vec![line("", Mark::Line, 0, &|s| s.stored as f64)],
+    ));
+    // Links of the mesh in both directions, without the host's.
+    let links = report.links.len().max(1) as f64;
+    let capacity = links * run.options.link.bandwidth as f64 * report.timeline.step_ns as f64 / 1e9;
+    page.raw(&draw(
+        "Load of the links",
+        "% of their bandwidth",
+        None,
+        vec![line("", Mark::Line, 7, &|s| 100.0 * s.link_bytes as f64 / capacity.max(1.0))],
+    ));
+    let pixels = (f64::from(run.options.width) * f64::from(run.options.height)).max(1.0);
+    page.raw(&draw(
+        "Pixels done",
+        "%",
+        Some(100.0),
+        vec![line("", Mark::Line, 3, &|s| 100.0 * s.pixels as f64 / pixels)],
+    ));
+    page.raw("</div>\n<p class=\"soft\">What the nodes do: ");
+    for (colour, what) in
+        [(2, "at work"), (1, "waiting for blocks, answers or room"), (4, "without work")]
+    {
+        page.raw(&format!(
+            "<i class=\"key\" style=\"background:{}\"></i>{what} &ensp;",
+            css(SERIES[colour])
+        ));
+    }
+    page.raw("\n");
+}
+
+/// How long things took.
+pub(super) fn latencies(page: &mut Page, run: &Run<'_>) {
+    let l = &run.done.outcome.report.latencies;
+    let kinds = [
+        ("a block, from request to arrival", &l.fetch),
+        ("a ray, from departure to answer", &l.ray),
+        ("a tile, from grant to last pixel", &l.tile),
+    ];
+    page.heading("How long things took");
+    let row = |(name, h): &(&str, &Histogram)| {
+        let mut row = vec![(*name).to_owned(), count(h.count)];
+        let times = [h.min, h.mean.round() as u64, h.p50, h.p90, h.p99, h.p999, h.max];
+        row.extend(times.map(duration));
+        row
+    };
+    let rows: Vec<_> = kinds.iter().filter(|(_, h)| h.count > 0).map(row).collect();
+    let heads = ["", "count", "least", "mean", "50 %", "90 %", "99 %", "99.9 %", "most"];
+    page.table(&heads, &rows);
+    let lines: Vec<_> = kinds
+        .iter()
+        .enumerate()
+        .filter(|(_, (_, h))| h.count > 0)
+        .map(|(colour, (name, h))| Line {
+            name: name.split(',').next().unwrap_or_default().into(),
+            mark: Mark::Dots,
+            colour,
+            points: h
+                .buckets
+                .iter()
+                .map(|b| (b.up_to as f64 / 1e3, 100.0 * b.count as f64 / h.count as f64))
+                .collect(),
+        })
+        .collect();
+    page.raw(
+        &Lines {
+            title: "",
+            x: Scale::Doubling,
+            x_name: "µs, by powers of two",
+            y_name: "%",
+            y_max: None,
+            lines,
+            size: [760, 260],
+            alone: false,
+        }
+        .svg(),
+    );
+    page.raw("\n");
+}

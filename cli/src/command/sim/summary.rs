@@ -1,0 +1,112 @@
+use std::path::Path;
+
+use super::{Run, cut::link_name, lost::lost};
+use crate::{
+    console::{bytes, count, duration, line, percent},
+    failure::Outcome,
+};
+
+/// Least part of the time that is worth a word.
+const WORTH: f64 = 0.005;
+
+/// What a person wants to know first.
+pub(super) fn print(run: &Run<'_>, path: &Path) -> Outcome {
+    let done = run.done;
+    let (outcome, report) = (&done.outcome, &done.outcome.report);
+    let exposure = run.exposure.map_or_else(String::new, |stops| format!(", exposure {stops}"));
+    line(format_args!(
+        "{}: {} x {}, {} samples per pixel{exposure}{}",
+        path.display(),
+        outcome.picture.width,
+        outcome.picture.height,
+        run.options.settings.samples,
+        if outcome.complete { "" } else { "; INCOMPLETE" },
+    ))?;
+    line(format_args!("mesh       {}", mesh(run)))?;
+    line(format_args!("time       {}", time(run)))?;
+    let mut losses = lost(report, done.baseline.as_ref());
+    losses.retain(|loss| loss.part >= WORTH);
+    losses.sort_by(|a, b| b.part.total_cmp(&a.part));
+    let losses: Vec<_> =
+        losses.iter().map(|loss| format!("{} {}", loss.words, percent(loss.part))).collect();
+    if !losses.is_empty() {
+        line(format_args!("lost       {}", losses.join(", ")))?;
+    }
+    let counts = &report.totals.counts;
+    line(format_args!(
+        "messages   {}, {}; {} blocks fetched, {} rays migrated",
+        count(report.messages.iter().map(|m| m.sent).sum()),
+        bytes(report.messages.iter().map(|m| m.sent_bytes).sum()),
+        count(counts.cache.fetched),
+        count(counts.migrated),
+    ))?;
+    if let Some(link) = run.busiest_link() {
+        let busy = link.busy_ns as f64 / report.virtual_ns.max(1) as f64;
+        line(format_args!(
+            "links      the busiest, {}, {} of the time",
+            link_name(link),
+            percent(busy)
+        ))?;
+    }
+    line(format_args!(
+        "memory     {} of {} at the fullest node, {}",
+        bytes(report.totals.peak_bytes as u64),
+        bytes(run.options.memory as u64),
+        report.totals.peak_node,
+    ))?;
+    if let Some(faults) = faults(run) {
+        line(format_args!("faults     {faults}"))?;
+    }
+    line(format_args!("simulated  in {:.2} s, seed {}", done.all_s, run.options.seed))?;
+    match &run.sim.common.report {
+        Some(folder) => line(format_args!("report     {}", folder.join("index.html").display())),
+        None => Ok(()),
+    }
+}
+
+/// The machine in a line.
+pub(super) fn mesh(run: &Run<'_>) -> String {
+    let nodes = run.options.topology.nodes();
+    format!(
+        "{nodes} {} of {}, {}, profile {}, schedule {}",
+        if nodes == 1 { "node" } else { "nodes" },
+        bytes(run.options.memory as u64),
+        run.topology,
+        run.options.profile.name,
+        format!("{:?}", run.options.schedule).to_lowercase(),
+    )
+}
+
+fn time(run: &Run<'_>) -> String {
+    let virtual_time = format!("{} of virtual time", duration(run.done.outcome.report.virtual_ns));
+    match (&run.done.baseline, run.done.efficiency()) {
+        (Some(one), Some(efficiency)) => format!(
+            "{virtual_time}; one node takes {}: {:.1} times as fast, efficiency {efficiency:.3}",
+            duration(one.virtual_ns),
+            efficiency * run.done.outcome.report.nodes.len() as f64,
+        ),
+        _ => virtual_time,
+    }
+}
+
+/// What went wrong by request, and what it led to.
+pub(super) fn faults(run: &Run<'_>) -> Option<String> {
+    let f = &run.done.outcome.report.faults;
+    let mut words: Vec<_> = [
+        (f.lost, "packets lost"),
+        (f.doubled, "doubled"),
+        (f.delayed, "delayed"),
+        (f.for_the_dead, "dropped for the dead"),
+        (f.crashes.len() as u64, "nodes crashed"),
+        (run.options.faults.slow.len() as u64, "slow nodes"),
+    ]
+    .into_iter()
+    .filter(|&(n, _)| n > 0)
+    .map(|(n, what)| format!("{} {what}", count(n)))
+    .collect();
+    if words.is_empty() {
+        return None;
+    }
+    words.push(format!("{} requests made again", count(run.retries())));
+    Some(words.join(", "))
+}

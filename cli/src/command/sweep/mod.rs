@@ -1,0 +1,210 @@
+//! `kiloray sweep`: every combination of some options, as a table, plots and a page.
+
+mod page;
+mod plots;
+mod point;
+mod pool;
+mod table;
+
+use std::{
+    collections::BTreeMap,
+    fs,
+    path::Path,
+    sync::atomic::{AtomicU64, Ordering},
+};
+
+use kiloray_sim::{Control, Options, simulate};
+
+use self::{
+    point::{Point, points},
+    table::Row,
+};
+use super::sim::{self, Baseline, Done};
+use crate::{
+    args,
+    console::line,
+    failure::{Failure, Outcome},
+    interrupt,
+    output::Output,
+    progress::Progress,
+    scene::Scene,
+};
+
+/// The files of a sweep, opened before the work.
+struct Files {
+    csv: Output,
+    page: Output,
+    json: Option<Output>,
+}
+
+/// Simulates all points, and writes what came of them.
+pub(super) fn run(sweep: &args::Sweep) -> Outcome {
+    if sweep.common.report.is_some() {
+        return Err(Failure::usage("--report: a sweep writes its page into the directory of -o"));
+    }
+    let quiet = sweep.common.quiet;
+    let folder = sweep.output.as_path();
+    let mut points = points(sweep)?;
+    let scenes = load(&mut points, quiet)?;
+    fs::create_dir_all(folder).map_err(|error| Failure::io(folder, &error))?;
+    let files = Files {
+        csv: Output::create(&folder.join("sweep.csv"))?,
+        page: Output::create(&folder.join("index.html"))?,
+        json: sweep.common.json.as_deref().map(Output::create).transpose()?,
+    };
+    let rows = simulate_all(&points, &scenes, sweep);
+    let failed = rows.iter().filter(|row| row.error.is_some()).count();
+    write(files, sweep, &rows, folder)?;
+    if !quiet && sweep.common.json.as_deref() != Some(Path::new("-")) {
+        table::print(&rows)?;
+        line(format_args!("table  {}", folder.join("sweep.csv").display()))?;
+        line(format_args!("page   {}", folder.join("index.html").display()))?;
+    }
+    if let Some((a, b)) = table::differing(&rows) {
+        return Err(Failure::new(format_args!(
+            "the pictures of '{a}' and '{b}' differ; this is a mistake in kiloray, please report it"
+        )));
+    }
+    if interrupt::is_asked() {
+        return Err(Failure::new("interrupted; the points that were done are in the table"));
+    }
+    if failed > 0 {
+        return Err(Failure::new(format_args!(
+            "{failed} of {} points failed; their errors are in {}",
+            rows.len(),
+            folder.join("sweep.csv").display()
+        )));
+    }
+    Ok(())
+}
+
+/// Compiles the scene once for each size of block that the points have.
+fn load(points: &mut [Point], quiet: bool) -> Outcome<Vec<Scene>> {
+    let mut scenes = Vec::new();
+    let mut known: BTreeMap<u32, usize> = BTreeMap::new();
+    for point in points {
+        let block = point.block();
+        point.scene = match known.get(&block) {
+            Some(&index) => index,
+            None => {
+                let scene = sim::load(&point.sim, quiet)?;
+                if scenes.is_empty() {
+                    scene.print_notes(quiet);
+                }
+                scenes.push(scene);
+                known.insert(block, scenes.len() - 1);
+                scenes.len() - 1
+            }
+        };
+    }
+    Ok(scenes)
+}
+
+/// What a thread does.
+enum Job<'a> {
+    /// A one-node run, by its place among them.
+    Baseline(&'a Scene, &'a Options),
+    /// A point.
+    Mesh(&'a Scene, &'a Options),
+}
+
+/// What came of it.
+enum Ended {
+    Baseline(Option<Baseline>),
+    Mesh(Result<Box<Done>, String>),
+}
+
+fn simulate_all(points: &[Point], scenes: &[Scene], sweep: &args::Sweep) -> Vec<Row> {
+    let options: Vec<_> =
+        points.iter().map(|point| sim::options(&point.sim, &scenes[point.scene])).collect();
+    // A baseline serves all points that differ in the mesh only.
+    let mut ones: Vec<(usize, Options)> = Vec::new();
+    let mut one_of = vec![None; points.len()];
+    if !sweep.no_baseline {
+        for ((point, options), one_of) in points.iter().zip(&options).zip(&mut one_of) {
+            let Some(one) = options.as_ref().ok().and_then(|o| sim::baseline(o).ok()) else {
+                continue;
+            };
+            let one = (point.scene, one);
+            let place = ones.iter().position(|other| *other == one);
+            *one_of = place.or_else(|| {
+                ones.push(one);
+                Some(ones.len() - 1)
+            });
+        }
+    }
+    let mut jobs: Vec<_> =
+        ones.iter().map(|(scene, one)| Job::Baseline(&scenes[*scene], one)).collect();
+    let meshes = points.iter().zip(&options);
+    jobs.extend(meshes.filter_map(|(point, options)| {
+        options.as_ref().ok().map(|options| Job::Mesh(&scenes[point.scene], options))
+    }));
+    let bar = Progress::new("simulating", jobs.len() as u64, sweep.common.quiet);
+    let done = AtomicU64::new(0);
+    let ended = pool::run(&jobs, sweep.common.threads, |job| {
+        let ended = one(job);
+        bar.set(done.fetch_add(1, Ordering::Relaxed) + 1);
+        bar.message(format!("{} points", points.len()));
+        ended
+    });
+    drop(bar);
+
+    let mut ended = ended.into_iter();
+    let baselines: Vec<_> = ended
+        .by_ref()
+        .take(ones.len())
+        .map(|ended| if let Ok(Ended::Baseline(one)) = ended { one } else { None })
+        .collect();
+    let rows = points.iter().zip(&options).zip(one_of).map(|((point, options), one)| {
+        let options = match options {
+            Ok(options) => options,
+            Err(failure) => return Row::failed(point, failure.message()),
+        };
+        match ended.next() {
+            Some(Ok(Ended::Mesh(Ok(mut done)))) => {
+                done.baseline = one.and_then(|one| baselines.get(one).copied().flatten());
+                Row::done(point, &scenes[point.scene], options, &done)
+            }
+            Some(Ok(Ended::Mesh(Err(error))) | Err(error)) => Row::failed(point, &error),
+            _ => Row::failed(point, "not run"),
+        }
+    });
+    rows.collect()
+}
+
+fn one(job: &Job<'_>) -> Ended {
+    let control = Control { cancel: interrupt::gentle(), progress: &|_| {} };
+    match job {
+        Job::Baseline(scene, one) => {
+            Ended::Baseline(sim::measured(scene, one, &control).ok().flatten())
+        }
+        Job::Mesh(scene, options) => {
+            let ended = simulate(&scene.file.view(), options, &control);
+            Ended::Mesh(match ended {
+                Ok(outcome) if outcome.complete => Ok(Box::new(Done::of_point(outcome))),
+                Ok(outcome) => Err(match outcome.lost {
+                    Some(block) => format!("block {block} is lost: no living node holds a copy"),
+                    None => "interrupted".into(),
+                }),
+                Err(error) => Err(sim::refused(error).message().to_owned()),
+            })
+        }
+    }
+}
+
+fn write(files: Files, sweep: &args::Sweep, rows: &[Row], folder: &Path) -> Outcome {
+    files.csv.write(table::csv(sweep, rows).as_bytes())?;
+    let plots = plots::plots(&sweep.over, rows);
+    for plot in &plots {
+        let path = folder.join(format!("{}.svg", plot.name));
+        Output::create(&path)?.write(plot.svg(true).as_bytes())?;
+    }
+    files.page.write(page::page(sweep, rows, &plots).as_bytes())?;
+    match files.json {
+        Some(output) => {
+            let all: Vec<_> = rows.iter().map(Row::as_json).collect();
+            output.write(format!("{:#}\n", serde_json::Value::from(all)).as_bytes())
+        }
+        None => Ok(()),
+    }
+}
