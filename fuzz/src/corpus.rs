@@ -5,14 +5,16 @@ use kiloray_scene::builtin;
 use kiloray_scene::compile::{Options, compile};
 use kiloray_scene::kilo::KiloFile;
 
-use crate::Target;
+use crate::{Target, mesh};
 
-/// The seeds of a target: the files of `corpus/TARGET` by name, for compiled scenes a built-in one.
+/// The seeds of a target: the files of `corpus/TARGET` by name, for what is binary made of a built-in scene and all messages.
 #[must_use]
 pub fn seeds(target: Target) -> Vec<Vec<u8>> {
     match target {
         Target::Kilo => compiled(),
         Target::Compile => files("rad"),
+        Target::Packet => mesh::packets(),
+        Target::Ray => mesh::rays(),
         _ => files(target.name()),
     }
 }

@@ -1,4 +1,4 @@
-//! Mutation fuzzing of every parser, on stable Rust.
+//! Mutation fuzzing of every parser and of what comes over links, on stable Rust.
 //!
 //! `cargo run --release -p kiloray-fuzz -- --seconds 600` takes each [`Target`] in turn: it mutates
 //! the seeds of `fuzz/corpus/TARGET`, keeps what brings out a new answer (a new kind of error or
@@ -9,6 +9,7 @@
 //! Everything follows from the seed that is printed, except where the time limit cuts it off.
 
 mod corpus;
+mod mesh;
 mod mutate;
 mod run;
 mod target;

@@ -82,7 +82,7 @@ impl Run {
         };
         let mut answers = HashSet::new();
         let first = pool.len() as u64;
-        let text = self.target != Target::Kilo;
+        let text = self.target.is_text();
         for n in 0..first + self.inputs_max {
             if self.until.is_some_and(|until| Instant::now() >= until) {
                 break;

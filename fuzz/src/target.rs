@@ -5,6 +5,8 @@ use kiloray_scene::compile::{Options, compile};
 use kiloray_scene::import::{self, ImportOptions, Limits};
 use kiloray_scene::kilo::KiloFile;
 
+use crate::mesh;
+
 /// A parser, and how it is fed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Target {
@@ -22,12 +24,25 @@ pub enum Target {
     Kilo,
     /// A Radiance scene, read and compiled.
     Compile,
+    /// A packet of a mesh, at a node and at the host.
+    Packet,
+    /// A ray of another node, with its best hit and trail.
+    Ray,
 }
 
 impl Target {
     /// All of them.
-    pub const ALL: [Self; 7] =
-        [Self::Rad, Self::Obj, Self::Mtl, Self::Vf, Self::View, Self::Kilo, Self::Compile];
+    pub const ALL: [Self; 9] = [
+        Self::Rad,
+        Self::Obj,
+        Self::Mtl,
+        Self::Vf,
+        Self::View,
+        Self::Kilo,
+        Self::Compile,
+        Self::Packet,
+        Self::Ray,
+    ];
 
     /// Its name on the command line and in the corpus.
     #[must_use]
@@ -40,7 +55,15 @@ impl Target {
             Self::View => "view",
             Self::Kilo => "kilo",
             Self::Compile => "compile",
+            Self::Packet => "packet",
+            Self::Ray => "ray",
         }
+    }
+
+    /// Whether its inputs are words.
+    #[must_use]
+    pub const fn is_text(self) -> bool {
+        !matches!(self, Self::Kilo | Self::Packet | Self::Ray)
     }
 
     /// The target of this name.
@@ -70,6 +93,8 @@ impl Target {
                 Err(error) => error.to_string(),
                 Ok(file) => format!("{:?}", file.view().check_blocks()),
             },
+            Self::Packet => mesh::feed_packet(input),
+            Self::Ray => mesh::feed_ray(input),
             Self::Compile => {
                 write(dir, "a.rad", input);
                 let options = ImportOptions { limits: limits(), ..ImportOptions::default() };

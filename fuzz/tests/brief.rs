@@ -46,3 +46,13 @@ fn kilo() {
 fn compile() {
     brief(Target::Compile, 100);
 }
+
+#[test]
+fn packet() {
+    brief(Target::Packet, 3000);
+}
+
+#[test]
+fn ray() {
+    brief(Target::Ray, 3000);
+}
