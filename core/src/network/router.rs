@@ -39,6 +39,8 @@ pub struct Router<'a> {
     held: [u8; Channel::ALL.len()],
     /// See [`take_changed`](Self::take_changed).
     changed: u64,
+    /// See [`take_news`](Self::take_news).
+    news: bool,
 }
 
 impl<'a> Router<'a> {
@@ -67,6 +69,7 @@ impl<'a> Router<'a> {
             holds: false,
             held: [0; Channel::ALL.len()],
             changed: 0,
+            news: false,
         })
     }
 
@@ -133,6 +136,12 @@ impl<'a> Router<'a> {
     /// Others need not be asked to [`transmit`](Self::transmit), apart from those that were left when their link was busy.
     pub fn take_changed(&mut self) -> u64 {
         core::mem::take(&mut self.changed)
+    }
+
+    /// Whether a packet for the node has come to the front of a queue since the last call: it can be consumed now. (When it came, it may have
+    /// been behind others that had to leave first.)
+    pub fn take_news(&mut self) -> bool {
+        core::mem::take(&mut self.news)
     }
 
     /// Whether a packet can leave by a port now.
@@ -420,7 +429,7 @@ impl<'a> Router<'a> {
             fifo.len += 1;
             fifo.peak = fifo.peak.max(fifo.len);
             if fifo.len == 1 {
-                self.changed |= port_bit(slot.port);
+                self.note_head(queue);
             }
         }
         Ok(())
@@ -448,9 +457,12 @@ impl<'a> Router<'a> {
         self.note_head(queue);
     }
 
-    /// The head of a queue is new: its port has something to send.
+    /// The head of a queue is new: its port has something to send, or the node something to consume.
     fn note_head(&mut self, queue: usize) {
-        if let Some(slot) = self.slot_at_head(queue) {
+        let Some(slot) = self.slot_at_head(queue) else { return };
+        if slot.port == ARRIVED {
+            self.news = true;
+        } else {
             self.changed |= port_bit(slot.port);
         }
     }

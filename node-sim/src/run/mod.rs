@@ -187,15 +187,11 @@ impl<'m, N: Actor<'m>, H: Actor<'m>> Run<'m, N, H> {
             Some(node) => node.router(),
             None => host.router(),
         };
-        let bytes = packets.get(packet);
-        let to = PacketHeader::split(bytes).map(|(header, _)| header.to());
-        let received = router.receive(port, bytes, |node| dead && node == here);
+        let received = router.receive(port, packets.get(packet), |node| dead && node == here);
         self.packets.free(packet);
         self.note(1, u64::from(link), received as u64);
         match received {
-            Received::Control => {}
-            Received::Buffered if to == Some(here) => self.has_news(place),
-            Received::Buffered => {}
+            Received::Control | Received::Buffered => {}
             Received::Stale => self.faults.stale += 1,
             Received::Dead => self.faults.for_the_dead += 1,
             Received::Bad => debug_assert!(false, "routers send good packets"),
@@ -203,7 +199,7 @@ impl<'m, N: Actor<'m>, H: Actor<'m>> Run<'m, N, H> {
         self.serve(place);
     }
 
-    /// Sends what can leave a place.
+    /// Sends what can leave a place, and tells its actor of what it can consume.
     fn serve(&mut self, place: u32) {
         let links = self.links.of(place);
         loop {
@@ -216,6 +212,10 @@ impl<'m, N: Actor<'m>, H: Actor<'m>> Run<'m, N, H> {
                     self.transmit(link);
                 }
             }
+        }
+        if self.router(place).take_news() {
+            self.places[place as usize].news = true;
+            self.wake_idle(place);
         }
     }
 
@@ -288,12 +288,6 @@ impl<'m, N: Actor<'m>, H: Actor<'m>> Run<'m, N, H> {
         }
     }
 
-    /// A packet has come for an actor.
-    fn has_news(&mut self, place: u32) {
-        self.places[place as usize].news = true;
-        self.wake_idle(place);
-    }
-
     /// A packet of an actor has left.
     fn has_room(&mut self, place: u32) {
         match self.places[place as usize].phase {
@@ -343,6 +337,8 @@ impl<'m, N: Actor<'m>, H: Actor<'m>> Run<'m, N, H> {
             Some(node) => (node.poll(now), node.stored()),
             None => (self.host.poll(now), 0),
         };
+        // What came to the front while it was at it, it has seen.
+        self.router(place).take_news();
         let mut time = self.settings.profile.time(&progress.work, self.slow[place as usize]);
         let (then, until) = match progress.next {
             Next::Now => (None, Time::NEVER),

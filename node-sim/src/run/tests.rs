@@ -225,6 +225,16 @@ fn two_streams_share_a_link() {
 }
 
 #[test]
+fn what_comes_behind_what_passes_through_is_seen_when_that_has_left() {
+    // The link from 1 to 2 is taken, so that what goes on from 0 to 2 waits at 1, and what is for 1 waits behind it.
+    let mut letters: Vec<Letter> = (0..4).map(|_| letter(0, 1, 2, PAYLOAD)).collect();
+    letters.extend([letter(0, 0, 2, 10), letter(0, 0, 1, 10)]);
+    let seen = run("line", 3, 4, &letters, settings());
+    assert_eq!((seen.arrived[1].len(), seen.left), (1, 0));
+    assert!(seen.arrived[1][0].0 >= 1024, "it did not wait: {:?}", seen.arrived);
+}
+
+#[test]
 fn what_is_for_the_dead_is_dropped_and_the_rest_goes_on() {
     let mut settings = settings();
     settings.faults.crashes = vec![Crash { node: NodeId(1), at: 5000 }];

@@ -64,7 +64,9 @@ fn router(mesh: Mesh, bytes: &mut [u8]) {
         black_box(router.receive(Port(any()), any_bytes(), |node| node.0 == any::<u16>()));
         black_box(router.transmit(Port(any()), any_room(&mut [0; 64])));
         black_box((router.forget(NodeId(any())), router.buffered()));
-        black_box((router.remind(), router.peak(Port(any()))));
+        black_box((router.remind(), router.peak(Port(any())), router.buffers()));
+        black_box((router.take_changed(), router.take_news(), router.is_ready(Port(any()))));
+        router.discard();
         router.hold();
         router.release();
     }
