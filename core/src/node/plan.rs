@@ -109,7 +109,8 @@ impl NodePlan {
     pub fn packet(memory: usize, block_bytes: usize) -> usize {
         let fraction = (memory / 128).next_multiple_of(64);
         // A block and its header fit the greatest useful one.
-        let whole = block_bytes.saturating_add(Item::PART_BYTES).next_multiple_of(64);
+        let whole =
+            block_bytes.min(PAYLOAD_MAX).saturating_add(Item::PART_BYTES).next_multiple_of(64);
         fraction.min(whole).clamp(Self::packet_min(block_bytes), PAYLOAD_MAX)
     }
 
@@ -117,7 +118,7 @@ impl NodePlan {
     #[must_use]
     pub fn packet_min(block_bytes: usize) -> usize {
         let piece = block_bytes.div_ceil(FetchSlot::PIECES).saturating_add(Item::PART_BYTES);
-        piece.next_multiple_of(64).max(PAYLOAD_MIN)
+        piece.next_multiple_of(64).clamp(PAYLOAD_MIN, PAYLOAD_MAX)
     }
 
     fn of(step: u32, memory: usize, needs: &NodeNeeds) -> Self {
