@@ -66,17 +66,45 @@ pub struct Slot {
     pub(super) priority: u8,
 }
 
-/// In [`Slot::port`]: no hop any more.
+/// As a port: no hop any more.
 pub(super) const ARRIVED: u16 = u16::MAX;
+/// As a port: there is no packet.
+const NONE: u16 = u16::MAX - 1;
 
-/// A first-in first-out queue of slots.
-#[derive(Debug, Clone, Copy, Default, Pod, Zeroable)]
+/// A first-in first-out queue of slots, and where its head goes: all that the choice of the next packet has to read.
+#[derive(Debug, Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
 pub struct Fifo {
     pub(super) first: u8,
     pub(super) len: u8,
     /// Most that it ever held.
     pub(super) peak: u8,
+    /// Of the head.
+    pub(super) priority: u8,
+    /// The port of the head's next hop; [`ARRIVED`] if it stays here, [`NONE`] if there is no head.
+    pub(super) port: u16,
+    /// The class of the head's next hop.
+    pub(super) class: u8,
+    _zero: u8,
+}
+
+impl Fifo {
+    /// It has a new head, or none.
+    pub(super) fn set_head(&mut self, head: Option<&Slot>) {
+        match head {
+            Some(slot) => {
+                (self.port, self.class, self.priority) = (slot.port, slot.class, slot.priority);
+            }
+            None => self.port = NONE,
+        }
+    }
+}
+
+impl Default for Fifo {
+    /// Empty.
+    fn default() -> Self {
+        Self { first: 0, len: 0, peak: 0, priority: 0, port: NONE, class: 0, _zero: 0 }
+    }
 }
 
 /// What a router is lent: slices of its [`RouterSize`], their content does not matter.

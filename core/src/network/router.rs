@@ -129,6 +129,7 @@ impl<'a> Router<'a> {
             if let Some(fifo) = self.memory.fifos.get_mut(queue) {
                 fifo.len = fifo.len.saturating_sub(held);
             }
+            self.note_head(queue);
         }
     }
 
@@ -335,18 +336,18 @@ impl<'a> Router<'a> {
     /// The queue whose head leaves by this port next, and the lane it takes there.
     fn next_for(&self, port: Port) -> Option<(usize, Lane)> {
         let state = self.memory.ports.get(usize::from(port.0))?;
-        let queues = self.size.queues();
+        let queues = self.memory.fifos.get(..self.size.queues())?;
+        let (before, after) =
+            queues.split_at_checked(usize::from(state.turn)).unwrap_or((&[], queues));
+        let first = before.len();
+        let in_turn = (first..).zip(after).chain((0..).zip(before));
         let mut best: Option<(u8, usize, Lane)> = None;
-        let first = usize::from(state.turn).checked_rem(queues)?;
-        for queue in (first..queues).chain(0..first) {
-            let Some(slot) = self.slot_at_head(queue).filter(|slot| slot.port == port.0) else {
-                continue;
-            };
-            let lane = Lane::new(queue_lane(queue).channel(), slot.class);
+        for (queue, fifo) in in_turn.filter(|(_, fifo)| fifo.port == port.0) {
+            let lane = Lane::new(queue_lane(queue).channel(), fifo.class);
             let credit = state.senders.get(lane.index()).map_or(0, CreditSender::available);
-            let earlier = best.is_none_or(|(priority, ..)| slot.priority < priority);
+            let earlier = best.is_none_or(|(priority, ..)| fifo.priority < priority);
             if credit > 0 && earlier && !self.is_held(queue) {
-                best = Some((slot.priority, queue, lane));
+                best = Some((fifo.priority, queue, lane));
             }
         }
         best.map(|(_, queue, lane)| (queue, lane))
@@ -354,11 +355,11 @@ impl<'a> Router<'a> {
 
     fn arrived_queue(&self, channel: Channel) -> Option<usize> {
         let mut best: Option<(u8, usize)> = None;
-        for queue in (0..self.size.queues()).filter(|&q| queue_lane(q).channel() == channel) {
-            let Some(slot) = self.slot_at_head(queue) else { continue };
-            let earlier = best.is_none_or(|(priority, _)| slot.priority < priority);
-            if slot.port == ARRIVED && earlier {
-                best = Some((slot.priority, queue));
+        let queues = self.memory.fifos.get(..self.size.queues())?;
+        for (queue, fifo) in (0..).zip(queues).filter(|(_, fifo)| fifo.port == ARRIVED) {
+            let earlier = best.is_none_or(|(priority, _)| fifo.priority < priority);
+            if queue_lane(queue).channel() == channel && earlier {
+                best = Some((fifo.priority, queue));
             }
         }
         best.map(|(_, queue)| queue)
@@ -457,13 +458,16 @@ impl<'a> Router<'a> {
         self.note_head(queue);
     }
 
-    /// The head of a queue is new: its port has something to send, or the node something to consume.
+    /// A queue has a new head, or none: its port has something to send, or the node something to consume.
     fn note_head(&mut self, queue: usize) {
-        let Some(slot) = self.slot_at_head(queue) else { return };
-        if slot.port == ARRIVED {
-            self.news = true;
-        } else {
-            self.changed |= port_bit(slot.port);
+        let head = self.slot_at_head(queue).copied();
+        if let Some(fifo) = self.memory.fifos.get_mut(queue) {
+            fifo.set_head(head.as_ref());
+        }
+        match head {
+            Some(slot) if slot.port == ARRIVED => self.news = true,
+            Some(slot) => self.changed |= port_bit(slot.port),
+            None => {}
         }
     }
 
@@ -494,6 +498,7 @@ impl<'a> Router<'a> {
         if let Some(fifo) = self.memory.fifos.get_mut(queue) {
             fifo.first = (first + 1).checked_rem(depth).unwrap_or(0) as u8;
         }
+        self.note_head(queue);
     }
 
     fn slot(&self, queue: usize, place: usize) -> usize {
