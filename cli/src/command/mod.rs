@@ -11,6 +11,7 @@ mod report;
 mod scenes;
 mod sim;
 mod sweep;
+mod welcome;
 
 use crate::{
     args::{Arguments, Command},
@@ -20,7 +21,7 @@ use crate::{
 /// Does what was typed.
 pub(crate) fn run(arguments: Arguments) -> Outcome {
     match arguments.command {
-        None => render::run_without_arguments(),
+        None => welcome::run(),
         Some(Command::Render(render)) => render::run(&render),
         Some(Command::Sim(sim)) => sim::run(&sim),
         Some(Command::Sweep(sweep)) => sweep::run(&sweep),

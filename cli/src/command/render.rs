@@ -3,32 +3,15 @@ use std::{
     time::Instant,
 };
 
-use clap::Parser;
-
 use super::{engine, html, report::Run};
 use crate::{
-    args::{self, Arguments, Command},
+    args,
     console::{bytes, count, line},
     failure::{self, Failure, Outcome},
     output::Output,
     picture::{self, Format},
     scene,
 };
-
-/// What `kiloray` alone does.
-const DEFAULT: [&str; 6] = ["kiloray", "render", "glass", "--width=480", "-o", "kiloray.png"];
-
-/// Renders the built-in scene, and says what to do next.
-pub(super) fn run_without_arguments() -> Outcome {
-    let Ok(Arguments { command: Some(Command::Render(arguments)) }) =
-        Arguments::try_parse_from(DEFAULT)
-    else {
-        return Err(Failure::new("the default command is not understood"));
-    };
-    line(format_args!("kiloray: {}", DEFAULT[1..].join(" ")))?;
-    run(&arguments)?;
-    line(format_args!("Next: 'kiloray scenes' lists the scenes, 'kiloray --help' says more."))
-}
 
 /// Renders and writes.
 pub(super) fn run(arguments: &args::Render) -> Outcome {
@@ -119,19 +102,5 @@ fn print(run: &Run<'_>, path: &Path) -> Outcome {
     match &run.common.report {
         Some(folder) => line(format_args!("report: {}", folder.join("index.html").display())),
         None => Ok(()),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_default_command_is_understood() {
-        let arguments = Arguments::try_parse_from(DEFAULT).expect("it parses");
-        let Some(Command::Render(render)) = arguments.command else { panic!("it is not render") };
-        assert_eq!(render.output.as_deref(), Some(Path::new("kiloray.png")));
-        let scene = render.scene.scenes[0].to_str().expect("a name");
-        assert!(kiloray_scene::builtin::find(scene).is_ok());
     }
 }

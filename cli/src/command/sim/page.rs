@@ -27,8 +27,12 @@ pub(super) fn page(run: &Run<'_>, shown: &Shown<'_>) -> String {
         });
     }
     page.cards(&cards(run));
+    page.raw("<div class=\"beside\"><div>\n");
     page.picture(shown.picture, &shown.png);
+    page.raw("</div><div class=\"rest\">\n");
     lost_time(&mut page, run);
+    page.raw("</div></div>\n");
+    lower_bounds(&mut page, run);
     let layout = Layout::new(&report.mesh);
     maps::draw(&mut page, run, &layout);
     time::lines(&mut page, run);
@@ -98,6 +102,10 @@ fn lost_time(page: &mut Page, run: &Run<'_>) {
         "Of all nodes' time, from the first event to the last pixel. Efficiency is what one node \
          of the same profile, with the whole scene in its memory, needs for the same picture.",
     );
+}
+
+fn lower_bounds(page: &mut Page, run: &Run<'_>) {
+    let report = &run.done.outcome.report;
     let mut rows: Vec<_> = run
         .bounds()
         .into_iter()
@@ -141,7 +149,6 @@ fn messages(page: &mut Page, run: &Run<'_>) {
         ("rays sent again after their time limit", c.rays_again),
         ("blocks asked for again after their time limit", c.fetches_again),
         ("tiles sent again to the host", c.tiles_again),
-        ("steps that found no frame, slot or room to send", c.stalls),
         ("answers that nobody waited for: late, doubled", c.unasked),
         ("packets that could not be read", c.damaged),
         ("blocks that arrived damaged", c.blocks_refused),
@@ -156,6 +163,10 @@ fn messages(page: &mut Page, run: &Run<'_>) {
     } else {
         page.bars(&rows);
     }
+    page.soft(format_args!(
+        "{} times a step went to other work for want of a frame, a slot or room to send.",
+        count(c.stalls)
+    ));
 }
 
 fn words(kind: &str) -> &str {

@@ -25,19 +25,18 @@ pub(super) fn draw(page: &mut Page, run: &Run<'_>, layout: &Layout) {
     page.raw("<div class=\"maps\">\n");
     let all = report.virtual_ns.max(1) as f64;
     let time = |ns: u64| ns as f64 / all;
-    let mut parts = |title: &str, of: &dyn Fn(&NodeReport) -> f64| {
-        draw_one(page, run, layout, title, Some(1.0), &percent, &|node| Some(of(node)));
-    };
-    parts("at work", &|n| time(n.time.busy()));
-    parts("waiting for blocks", &|n| time(n.time.idle_data));
-    parts("waiting for answers", &|n| time(n.time.idle_answers));
-    parts("waiting for room to send", &|n| time(n.time.idle_credit));
-    parts("without work", &|n| time(n.time.idle_work));
+    let whole = Some(1.0);
+    draw_one(page, run, layout, "at work", whole, &percent, &|n| Some(time(n.time.busy())));
+    draw_one(page, run, layout, "idle", whole, &percent, &|n| Some(time(n.time.idle())));
     let mut own =
         |title: &str, text: &dyn Fn(f64) -> String, of: &dyn Fn(&NodeReport) -> Option<f64>| {
             draw_one(page, run, layout, title, None, text, of);
         };
-    own("handling messages", &percent, &|n| {
+    own("idle: waiting for blocks", &percent, &|n| Some(time(n.time.idle_data)));
+    own("idle: waiting for answers", &percent, &|n| Some(time(n.time.idle_answers)));
+    own("idle: waiting for room to send", &percent, &|n| Some(time(n.time.idle_credit)));
+    own("idle: without work", &percent, &|n| Some(time(n.time.idle_work)));
+    own("communicating", &percent, &|n| {
         Some(time(n.time.messages + n.time.copies + n.time.checks))
     });
     own("cache hits", &percent, &|n| {

@@ -99,6 +99,9 @@ pub(super) fn latencies(page: &mut Page, run: &Run<'_>) {
         ("a ray, from departure to answer", &l.ray),
         ("a tile, from grant to last pixel", &l.tile),
     ];
+    if kinds.iter().all(|(_, h)| h.count == 0) {
+        return;
+    }
     page.heading("How long things took");
     let row = |(name, h): &(&str, &Histogram)| {
         let mut row = vec![(*name).to_owned(), count(h.count)];
