@@ -2,7 +2,11 @@
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use kiloray_core::{scene::View, shade::Settings, store::BudgetError};
+use kiloray_core::{
+    scene::View,
+    shade::Settings,
+    store::{BudgetError, Line},
+};
 use kiloray_render::{Control, Error, Lanes, Options, Rendered};
 
 use crate::{
@@ -76,8 +80,16 @@ pub(super) fn too_small(error: &BudgetError) -> Failure {
         .filter(|line| line.need > 0)
         .map(|line| format!("{} {} of {}", line.line.name(), line.have, line.need))
         .collect();
+    // What takes most of what is needed tells how it could be less.
+    let most = error.lines().max_by_key(|line| line.need).map(|line| line.line);
+    let advice = match most {
+        Some(Line::Messages) => "smaller packets with --packet",
+        Some(Line::Tile) => "smaller tiles with --tile",
+        Some(Line::Tables) => "more nodes to share the blocks",
+        _ => "smaller blocks with --block",
+    };
     Failure::new(format_args!(
-        "--memory {}: too small, at least {} bytes are needed (has of needs: {}); give more, or smaller blocks with --block",
+        "--memory {}: too small, at least {} bytes are needed (has of needs: {}); give more, or {advice}",
         bytes(error.memory as u64),
         error.need(),
         lines.join(", ")

@@ -7,7 +7,7 @@ use super::{engine, html, report::Run};
 use crate::{
     args,
     console::{bytes, count, line},
-    failure::{self, Failure, Outcome},
+    failure::{self, Outcome},
     output::Output,
     picture::{self, Format},
     scene,

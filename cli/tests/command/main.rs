@@ -2,6 +2,9 @@
 
 mod compare;
 mod compile;
+mod page;
 mod render;
+mod sim;
 mod support;
+mod sweep;
 mod usage;

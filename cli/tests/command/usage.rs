@@ -8,10 +8,20 @@ use crate::support::Folder;
 fn help_teaches() {
     let folder = Folder::new();
     let help = folder.run("--help").done().out();
-    for command in ["render", "compile", "plan", "compare", "scenes", "completions", "Examples:"] {
+    for command in [
+        "render",
+        "sim",
+        "sweep",
+        "compile",
+        "plan",
+        "compare",
+        "scenes",
+        "completions",
+        "Examples:",
+    ] {
         assert!(help.contains(command), "no '{command}' in: {help}");
     }
-    for command in ["render", "compile", "plan", "compare"] {
+    for command in ["render", "sim", "sweep", "compile", "plan", "compare"] {
         let help = folder.run(&format!("{command} --help")).done().out();
         assert!(help.contains("Examples:"), "{command}: {help}");
     }
@@ -32,6 +42,35 @@ fn help_teaches() {
         "--report",
         "--quiet",
         "--memory",
+    ] {
+        assert!(help.contains(option), "no '{option}' in: {help}");
+    }
+    let help = folder.run("sim --help").done().out();
+    for option in [
+        "--nodes",
+        "--topology",
+        "--memory",
+        "--profile",
+        "--schedule",
+        "--placement",
+        "--top",
+        "--block-replicas",
+        "--prefetch",
+        "--task-order",
+        "--tile",
+        "--refusals",
+        "--link-bandwidth",
+        "--link-latency",
+        "--packet",
+        "--switching",
+        "--loss",
+        "--duplicate",
+        "--jitter",
+        "--slow",
+        "--crash",
+        "--owned-in-arena",
+        "--trace",
+        "--no-baseline",
     ] {
         assert!(help.contains(option), "no '{option}' in: {help}");
     }
@@ -96,7 +135,12 @@ fn shells_are_completed() {
     let folder = Folder::new();
     for shell in ["bash", "zsh", "fish", "powershell", "elvish"] {
         let script = folder.run(&format!("completions {shell}")).done().out();
-        assert!(script.contains("shadow-samples") && script.contains("kiloray"), "{shell}");
+        assert!(
+            script.contains("shadow-samples")
+                && script.contains("block-replicas")
+                && script.contains("kiloray"),
+            "{shell}"
+        );
     }
 }
 

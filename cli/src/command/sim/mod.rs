@@ -59,6 +59,7 @@ pub(super) fn run(sim: &args::Sim) -> Outcome {
     let scene = load(sim, quiet)?;
     let options = options(sim, &scene)?;
     let path = sim.output.clone().unwrap_or_else(|| PathBuf::from(format!("{}.png", scene.name)));
+    let cancel = interrupt::gentle();
     // Whether all can be written shows before the work.
     let output = Output::create(&path)?;
     let json_out = common.json.as_deref().map(Output::create).transpose()?;
@@ -66,7 +67,6 @@ pub(super) fn run(sim: &args::Sim) -> Outcome {
     let files = common.report.as_deref().map(html::Files::create).transpose()?;
     scene.print_notes(quiet);
 
-    let cancel = interrupt::gentle();
     let done = run::run(&scene, &options, !sim.no_baseline, cancel, quiet)?;
     let complete = done.outcome.complete;
     let output = if complete { output } else { output.incomplete() };

@@ -1,0 +1,208 @@
+//! `kiloray sim`.
+
+use std::{fs, path::Path};
+
+use serde_json::Value;
+
+use crate::support::Folder;
+
+/// Small, and quick.
+const SMALL: &str = "--width 24 --height 24 --samples 1";
+
+fn json(path: &Path) -> Value {
+    serde_json::from_str(&fs::read_to_string(path).expect("a JSON file")).expect("JSON")
+}
+
+impl Folder {
+    fn sim(&self, line: &str) -> Value {
+        self.run(&format!("sim {line} --quiet --json sim.json")).done();
+        json(&self.path().join("sim.json"))
+    }
+}
+
+#[test]
+fn a_mesh_gives_the_bits_of_one_node() {
+    let folder = Folder::new();
+    let picture = "glass --width 32 --height 24 --samples 1 --seed 3";
+    folder.run(&format!("render {picture} --quiet --json render.json")).done();
+    let hash = json(&folder.path().join("render.json"))["image_hash"].clone();
+    for mesh in [
+        "--nodes 4 --topology ring --no-baseline",
+        "--topology mesh:3x2 --memory 64KiB --schedule data --no-baseline",
+        "--topology torus:2x2x2 --schedule demand --placement round-robin --no-baseline",
+        "--nodes 8 --topology tree --loss 1/50 --duplicate 1% --jitter 2us --no-baseline",
+        "--nodes 9 --crash 4@300us --block-replicas 2 --slow 1:3 --no-baseline",
+        "--nodes 4 --topology full --top 2 --prefetch 0 --task-order made --tile 5 --packet 512B --no-baseline",
+    ] {
+        let run = folder.sim(&format!("{picture} {mesh}"));
+        assert_eq!(run["image_hash"], hash, "{mesh}");
+        assert_eq!(run["complete"], true, "{mesh}");
+        assert!(run["memory"]["peak"].as_u64() <= run["memory"]["limit"].as_u64(), "{mesh}");
+    }
+}
+
+#[test]
+fn the_json_has_what_scripts_rely_on() {
+    let folder = Folder::new();
+    let line = format!("cornell {SMALL} --nodes 6 --topology mesh:3x2 --memory 64KiB --loss 0.01");
+    let run = folder.sim(&line);
+    for field in [
+        "version",
+        "options.topology",
+        "options.loss",
+        "image_hash",
+        "width",
+        "height",
+        "nodes",
+        "time_s",
+        "virtual_time_s",
+        "efficiency",
+        "rays.primary",
+        "rays.shadow",
+        "rays.specular",
+        "rays.ambient",
+        "skipped",
+        "messages.count",
+        "messages.bytes",
+        "blocks.count",
+        "blocks.bytes",
+        "blocks.fetched",
+        "memory.limit",
+        "memory.peak",
+        "memory.peak_node",
+        "points.capacity",
+        "points.peak",
+        "cache.hits",
+        "cache.misses",
+        "cache.evictions",
+        "retries",
+        "refusals",
+        "lost.data",
+        "lost.imbalance",
+        "lost.repeated",
+        "faults.lost",
+    ] {
+        let value = field.split('.').try_fold(&run, |value, name| value.get(name));
+        assert!(value.is_some_and(|value| !value.is_null()), "no {field}");
+    }
+    assert_eq!((&run["nodes"], &run["memory"]["limit"]), (&6.into(), &65_536.into()));
+    // A tile may be given out twice: then there are more rays, and the same picture.
+    assert!(run["rays"]["primary"].as_u64().unwrap() >= 24 * 24);
+    let efficiency = run["efficiency"].as_f64().unwrap();
+    let lost: f64 = run["lost"].as_object().unwrap().values().map(|x| x.as_f64().unwrap()).sum();
+    assert!(efficiency > 0.0 && efficiency < 1.2, "{efficiency}");
+    assert!((efficiency + lost - 1.0).abs() < 1e-6, "{efficiency} and {lost}");
+    assert_eq!(folder.names(), ["cornell.png", "sim.json"]);
+    // The same command, the same run: all but the wall clock.
+    let mut runs = [run, folder.sim(&line)];
+    for run in &mut runs {
+        let fields = run.as_object_mut().unwrap();
+        assert!(fields.remove("time_s").is_some() && fields.remove("mesh_s").is_some());
+    }
+    assert_eq!(runs[0], runs[1]);
+}
+
+#[test]
+fn a_person_is_told_what_it_cost() {
+    let folder = Folder::new();
+    let told = folder
+        .run(&format!("sim cornell {SMALL} --nodes 4 --loss 1/20 --trace t.json"))
+        .done()
+        .out();
+    for part in [
+        "cornell.png",
+        "torus:2x2",
+        "virtual time",
+        "efficiency",
+        "memory",
+        "packets lost",
+        "seed 0",
+    ] {
+        assert!(told.contains(part), "no '{part}' in: {told}");
+    }
+    let trace = json(&folder.path().join("t.json"));
+    let events = trace["traceEvents"].as_array().unwrap();
+    let slices: Vec<_> = events.iter().filter(|event| event["ph"] == "X").collect();
+    assert!(slices.len() > 10);
+    assert!((0..4).all(|node| slices.iter().any(|slice| slice["tid"] == node)));
+    let quiet = folder.run(&format!("sim cornell {SMALL} --nodes 4 --no-baseline -q")).done();
+    assert_eq!((quiet.out(), quiet.err()), (String::new(), String::new()));
+}
+
+#[test]
+fn a_block_that_is_lost_ends_the_run_and_leaves_what_there_is() {
+    let folder = Folder::new();
+    // The top of the tree is nowhere else but at its owners, and all but one of them die at once.
+    let line = "sim sinc:60 --width 48 --height 48 --samples 4 --nodes 4 --top 0 --crash 1@300us,2@300us,3@300us --json run.json";
+    folder.run(line).refused(1, &["block", "lost", "sinc-60.incomplete.png"]);
+    let run = json(&folder.path().join("run.json"));
+    assert_eq!((&run["complete"], &run["efficiency"]), (&false.into(), &Value::Null));
+    assert!(run["lost_block"].is_u64());
+    assert_eq!(folder.names(), ["run.json", "sinc-60.incomplete.png"]);
+}
+
+#[cfg(unix)]
+#[test]
+fn an_interrupt_leaves_what_is_rendered() {
+    let folder = Folder::new();
+    let line = "sim sinc:60 --width 2000 --height 2000 --samples 64 --nodes 4 --no-baseline --json run.json";
+    let mut child = folder
+        .command()
+        .args(line.split(' '))
+        .stdout(std::process::Stdio::null())
+        .stderr(std::process::Stdio::piped())
+        .spawn()
+        .unwrap();
+    // The picture's file is begun when the command can be interrupted.
+    while !folder.names().iter().any(|name| name.ends_with(".part")) {
+        assert!(child.try_wait().unwrap().is_none(), "it ended");
+        std::thread::yield_now();
+    }
+    let id = child.id().to_string();
+    std::process::Command::new("kill").args(["-INT", &id]).status().unwrap();
+    let ended = child.wait_with_output().unwrap();
+    let told = String::from_utf8_lossy(&ended.stderr);
+    assert_eq!(ended.status.code(), Some(1), "{told}");
+    assert!(told.contains("interrupted") && told.contains("sinc-60.incomplete.png"), "{told}");
+    assert_eq!(json(&folder.path().join("run.json"))["complete"], false);
+    assert_eq!(folder.names(), ["run.json", "sinc-60.incomplete.png"]);
+}
+
+#[test]
+fn senseless_meshes_are_refused_in_one_line() {
+    let folder = Folder::new();
+    for (line, part) in [
+        ("--nodes 0", "1 to 32768"),
+        ("--nodes 63 --topology torus:8x8", "64 nodes, not 63"),
+        ("--topology star", "hypercube"),
+        ("--topology hypercube --nodes 12", "power of two"),
+        ("--profile z80", "t800"),
+        ("--schedule fast", "demand"),
+        ("--placement anywhere", "round-robin"),
+        ("--loss 2", "between 0 and 1"),
+        ("--loss 1 --nodes 2", "lost"),
+        ("--crash 5", "5@2ms"),
+        ("--crash 5@2", "ns, us, ms or s"),
+        ("--crash 99@1ms --nodes 4", "0 to 3"),
+        ("--crash 0@1us --crash 1@1us --nodes 2", "nobody is left"),
+        ("--slow 1:0", "5:10"),
+        ("--block-replicas 9 --nodes 4", "at most 4"),
+        ("--packet 10", "128B"),
+        ("--link-bandwidth fast", "1GB/s"),
+        ("--link-latency 1", "1us"),
+        ("--prefetch some", "all"),
+        ("--tile 0", "1 to 1024"),
+        ("-o out.jpg", ".png, .hdr or .exr"),
+    ] {
+        folder.run(&format!("sim cornell {SMALL} {line}")).refused(2, &[part]);
+    }
+    for (line, part) in [
+        ("--memory 1KiB", "needed"),
+        ("--memory 64KiB --packet 64KiB", "messages"),
+        ("--trace nowhere/t.json", "nowhere"),
+    ] {
+        folder.run(&format!("sim cornell {SMALL} --nodes 4 {line}")).refused(1, &[part]);
+    }
+    folder.run("sim sinc:300 --owned-in-arena --nodes 4 --memory 64KiB").refused(1, &["tables"]);
+    assert!(folder.names().is_empty(), "something is left behind: {:?}", folder.names());
+}

@@ -1,0 +1,91 @@
+//! `kiloray sweep`.
+
+use std::fs;
+
+use crate::support::Folder;
+
+const SMALL: &str = "--width 16 --height 16 --samples 1 --quiet";
+
+fn lines(folder: &Folder, file: &str) -> Vec<Vec<String>> {
+    let text = fs::read_to_string(folder.path().join(file)).expect("a table");
+    // No field of these tables holds a comma but the error, which is last.
+    text.lines().map(|line| line.split(',').map(str::to_owned).collect()).collect()
+}
+
+#[test]
+fn all_combinations_are_in_the_table_in_order_and_to_the_byte() {
+    let folder = Folder::new();
+    let line = format!("sweep cornell --over schedule=hybrid,data --over nodes=1..4 {SMALL}");
+    folder.run(&format!("{line} -o a --threads 3 --json a.json")).done();
+    folder.run(&format!("{line} -o b --threads 1")).done();
+    let table = lines(&folder, "a/sweep.csv");
+    let points: Vec<_> = table.iter().map(|row| format!("{} {}", row[0], row[1])).collect();
+    assert_eq!(points[0], "schedule nodes");
+    assert_eq!(points[1..], ["hybrid 1", "hybrid 2", "hybrid 4", "data 1", "data 2", "data 4"]);
+    let column = |name: &str| table[0].iter().position(|head| head == name).unwrap();
+    let (hash, efficiency) = (column("image_hash"), column("efficiency"));
+    for row in &table[1..] {
+        assert_eq!(row[hash], table[1][hash]);
+        assert!(row[efficiency].parse::<f64>().unwrap() > 0.0);
+    }
+    let names = |name: &str| {
+        let mut names: Vec<_> = fs::read_dir(folder.path().join(name))
+            .unwrap()
+            .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+            .collect();
+        names.sort();
+        names
+    };
+    assert_eq!(names("a"), names("b"));
+    for name in ["efficiency.svg", "index.html", "speed-up.svg", "sweep.csv", "time.svg"] {
+        assert!(names("a").contains(&name.to_owned()), "no {name}");
+    }
+    for name in names("a") {
+        let read =
+            |folder_name| fs::read_to_string(folder.path().join(folder_name).join(&name)).unwrap();
+        // The page names its command, in which -o and --threads differ.
+        let differ = read("a").replace("--threads=3", "--threads=1") != read("b");
+        assert!(!differ, "{name} differs");
+    }
+    let json: serde_json::Value =
+        serde_json::from_str(&fs::read_to_string(folder.path().join("a.json")).unwrap()).unwrap();
+    assert_eq!(json.as_array().unwrap().len(), 6);
+    assert_eq!(json[2]["run"]["nodes"], 4);
+}
+
+#[test]
+fn a_point_that_fails_stops_no_other() {
+    let folder = Folder::new();
+    let line =
+        format!("sweep cornell --over memory=1KiB,64KiB --nodes 2 {SMALL} --no-baseline -o out");
+    folder.run(&line).refused(1, &["1 of 2 points failed", "sweep.csv"]);
+    let table = lines(&folder, "out/sweep.csv");
+    assert!(
+        table[1].last().unwrap().contains("give more") || table[1].join(",").contains("too small")
+    );
+    assert_eq!(table[2].last().unwrap(), "");
+    let page = fs::read_to_string(folder.path().join("out/index.html")).unwrap();
+    assert!(page.contains("Points that failed") && page.contains("too small"));
+}
+
+#[test]
+fn senseless_sweeps_are_refused_in_one_line() {
+    let folder = Folder::new();
+    for (line, part) in [
+        ("", "--over"),
+        ("--over nodes", "nodes=1..256"),
+        ("--over banana=1", "memory"),
+        ("--over nodes=8..1", "upwards"),
+        ("--over nodes=1 --over nodes=2", "twice"),
+        ("--over memory=banana", "64KiB"),
+        ("--over schedule=hybrid,fast", "demand"),
+        ("--over nodes=1,2 --report page", "-o"),
+        (
+            "--over seed=1..1024 --over samples=1..1024 --over bounces=0,1,2,3 --over nodes=1..32768 --over memory=1KiB..1GiB",
+            "20000",
+        ),
+    ] {
+        folder.run(&format!("sweep cornell {line}")).refused(2, &[part]);
+    }
+    assert!(folder.names().is_empty(), "something is left behind");
+}
