@@ -1,4 +1,5 @@
-use kiloray_core::trace::{Scalar, Search, Tracer};
+use kiloray_core::block::BlockSource;
+use kiloray_core::trace::{Query, Scalar, Search, TraceError, Tracer};
 
 #[cfg(target_arch = "x86_64")]
 use crate::avx2::Avx2;
@@ -39,19 +40,31 @@ impl Default for Auto {
 
 impl Tracer for Auto {
     #[inline]
-    fn run<T: Search>(self, search: T) -> T::Answer {
+    fn run<T: Search, S: BlockSource, Q: Query>(
+        self,
+        room: &mut T::Room,
+        source: &mut S,
+        rays: &T::Rays,
+        queries: &mut T::Queries<Q>,
+    ) -> Result<(), TraceError<S::Error>> {
         #[cfg(target_arch = "x86_64")]
         if let Some(lanes) = self.avx2 {
             // SAFETY: `lanes` proves that the machine has these features.
-            return unsafe { run_avx2(lanes, search) };
+            return unsafe { run_avx2::<T, S, Q>(lanes, room, source, rays, queries) };
         }
-        Scalar.run(search)
+        Scalar.run::<T, S, Q>(room, source, rays, queries)
     }
 }
 
 /// All that a search calls is inlined into it, and compiled for AVX2.
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
-fn run_avx2<T: Search>(lanes: Avx2, search: T) -> T::Answer {
-    search.run(lanes)
+fn run_avx2<T: Search, S: BlockSource, Q: Query>(
+    lanes: Avx2,
+    room: &mut T::Room,
+    source: &mut S,
+    rays: &T::Rays,
+    queries: &mut T::Queries<Q>,
+) -> Result<(), TraceError<S::Error>> {
+    T::run(lanes, room, source, rays, queries)
 }

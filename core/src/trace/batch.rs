@@ -8,11 +8,10 @@ use super::cursor::{Cursor, Levels, Place, TraceError};
 use super::lanes::Lanes;
 use super::leaf::leaf;
 use super::octant::{Octants, first_octants};
-use super::query::Queries;
+use super::query::Query;
 use super::tracer::Search;
-use super::trail::Trail;
 use super::visit::{take, visit};
-use super::walk::walk;
+use super::walk::Single;
 use crate::block::{BlockSource, NO_HEADER};
 use crate::geometry::{PreparedRay, Ray};
 
@@ -41,25 +40,26 @@ impl Batch {
 }
 
 /// A search of many rays.
-pub(super) struct Many<'a, S, A: ?Sized> {
-    pub(super) room: &'a mut Batch,
-    pub(super) source: &'a mut S,
-    pub(super) rays: &'a [Ray],
-    pub(super) queries: &'a mut A,
-}
+pub(super) struct Many;
 
-impl<S: BlockSource, A: Queries + ?Sized> Search for Many<'_, S, A> {
-    type Answer = Result<(), TraceError<S::Error>>;
+impl Search for Many {
+    type Room = Batch;
+    type Rays = [Ray];
+    type Queries<Q> = [Q];
 
     #[inline(always)]
-    fn run<L: Lanes>(self, lanes: L) -> Self::Answer {
-        let Self { room, source, rays, queries } = self;
+    fn run<L: Lanes, S: BlockSource, Q: Query>(
+        lanes: L,
+        room: &mut Batch,
+        source: &mut S,
+        rays: &[Ray],
+        queries: &mut [Q],
+    ) -> Result<(), TraceError<S::Error>> {
         if !source.holds_all() {
             return fly(lanes, room, source, rays, queries);
         }
-        for (i, ray) in rays.iter().enumerate() {
-            let Some(mut query) = queries.query(i) else { break };
-            walk(lanes, &mut room.single, source, ray, &Trail::START, &mut query)?;
+        for (ray, query) in rays.iter().zip(queries) {
+            Single::<false>::run(lanes, &mut room.single, source, ray, query)?;
         }
         Ok(())
     }
@@ -88,12 +88,12 @@ enum Step {
 }
 
 #[inline(always)]
-fn fly<L: Lanes, S: BlockSource, A: Queries + ?Sized>(
+fn fly<L: Lanes, S: BlockSource, Q: Query>(
     lanes: L,
     room: &mut Batch,
     source: &mut S,
     rays: &[Ray],
-    queries: &mut A,
+    queries: &mut [Q],
 ) -> Result<(), TraceError<S::Error>> {
     let mut queue = rays.iter().enumerate();
     let none = PreparedRay::NONE;
@@ -162,12 +162,12 @@ fn launch<'r, L: Lanes>(
 
 /// One visit: of a node, a leaf or a reference.
 #[inline(always)]
-fn step<L: Lanes, S: BlockSource, A: Queries + ?Sized>(
+fn step<L: Lanes, S: BlockSource, Q: Query>(
     lanes: L,
     source: &mut S,
     flight: &mut Flight<L>,
     levels: &mut Levels,
-    queries: &mut A,
+    queries: &mut [Q],
 ) -> Result<Step, TraceError<S::Error>> {
     let view = source.block(flight.at.block).map_err(TraceError::Source)?;
     let at = &mut flight.at;
@@ -185,8 +185,8 @@ fn step<L: Lanes, S: BlockSource, A: Queries + ?Sized>(
         next = visit(lanes, &flight.frame, node, at, levels, &flight.ray, flight.octants);
         at.depth += 1;
     } else if is_leaf(child) {
-        let Some(mut query) = queries.query(flight.index) else { return Ok(Step::Corrupt) };
-        if leaf(lanes, &view, child, &flight.prepared, &mut flight.ray, &mut query) {
+        let Some(query) = queries.get_mut(flight.index) else { return Ok(Step::Corrupt) };
+        if leaf(lanes, &view, child, &flight.prepared, &mut flight.ray, query) {
             return Ok(Step::Landed);
         }
     } else if is_ref(child) {

@@ -5,11 +5,10 @@ use super::cursor::{Cursor, TraceError};
 use super::frame::BoxRay;
 use super::group::{GROUP, Group};
 use super::lanes::Lanes;
-use super::query::Queries;
+use super::query::Query;
 use super::together::{Stack, together};
 use super::tracer::Search;
-use super::trail::Trail;
-use super::walk::walk;
+use super::walk::Single;
 use crate::block::BlockSource;
 use crate::geometry::{PreparedRay, Ray};
 
@@ -75,19 +74,21 @@ impl Bundle {
 }
 
 /// A search of at most [`BUNDLE`] rays, as many together as are coherent.
-pub(super) struct Together<'a, S, A: ?Sized> {
-    pub(super) room: &'a mut Bundle,
-    pub(super) source: &'a mut S,
-    pub(super) rays: &'a [Ray],
-    pub(super) queries: &'a mut A,
-}
+pub(super) struct Together;
 
-impl<S: BlockSource, A: Queries + ?Sized> Search for Together<'_, S, A> {
-    type Answer = Result<(), TraceError<S::Error>>;
+impl Search for Together {
+    type Room = Bundle;
+    type Rays = [Ray];
+    type Queries<Q> = [Q];
 
     #[inline(always)]
-    fn run<L: Lanes>(self, lanes: L) -> Self::Answer {
-        let Self { room, source, rays, queries } = self;
+    fn run<L: Lanes, S: BlockSource, Q: Query>(
+        lanes: L,
+        room: &mut Bundle,
+        source: &mut S,
+        rays: &[Ray],
+        queries: &mut [Q],
+    ) -> Result<(), TraceError<S::Error>> {
         let mut left = room.rays.prepare(rays, source.holds_all());
         while room.rays.coherent(&mut left) {
             together(lanes, &mut room.rays, &mut room.stack, source, queries)?;
@@ -95,8 +96,8 @@ impl<S: BlockSource, A: Queries + ?Sized> Search for Together<'_, S, A> {
         while left.alone != 0 {
             let i = left.alone.trailing_zeros() as usize;
             left.alone &= left.alone - 1;
-            if let (Some(ray), Some(mut query)) = (rays.get(i), queries.query(i)) {
-                walk(lanes, &mut room.single, source, ray, &Trail::START, &mut query)?;
+            if let (Some(ray), Some(query)) = (rays.get(i), queries.get_mut(i)) {
+                Single::<false>::run(lanes, &mut room.single, source, ray, query)?;
             }
         }
         Ok(())

@@ -15,7 +15,6 @@ use crate::geometry::Hit;
 pub struct Cursor {
     pub(super) trail: Trail,
     pub(super) best: Option<Hit>,
-    pub(super) visited: Visited,
     pub(super) levels: Levels,
 }
 
@@ -24,7 +23,7 @@ pub struct Cursor {
 pub struct Visited {
     /// Nodes: eight boxes each.
     pub nodes: u64,
-    /// Groups of up to four primitives: the records of leaves.
+    /// Leaves: one to four groups of up to four primitives each.
     pub leaves: u64,
     /// Blocks entered.
     pub blocks: u64,
@@ -39,19 +38,26 @@ pub(super) struct Place {
     pub(super) child: u16,
     /// The level of that child.
     pub(super) depth: u8,
-    /// Nodes that it may still visit, of [`STEPS_MAX`].
-    pub(super) steps: u32,
+    /// Nodes that it may still visit, from bit 32 on; below, leaves that it has visited: one register counts both.
+    pub(super) steps: u64,
 }
 
 impl Place {
     /// The root.
-    pub(super) const ROOT: Self = Self { block: 0, child: 0, depth: 0, steps: STEPS_MAX };
+    pub(super) const ROOT: Self = Self { block: 0, child: 0, depth: 0, steps: NODES_MAX << 32 };
 
     /// Counts a node. `true`: no sound tree has so many, or is so deep.
     #[inline(always)]
     pub(super) fn spent(&mut self) -> bool {
-        self.steps = self.steps.saturating_sub(1);
-        self.steps == 0 || usize::from(self.depth) >= DEPTH_MAX
+        let (steps, spent) = self.steps.overflowing_sub(1 << 32);
+        self.steps = steps;
+        spent || usize::from(self.depth) >= DEPTH_MAX
+    }
+
+    /// Counts a leaf.
+    #[inline(always)]
+    pub(super) fn tests(&mut self) {
+        self.steps = self.steps.wrapping_add(1);
     }
 
     /// Goes through a reference.
@@ -84,6 +90,7 @@ pub(super) struct Levels {
     /// Bit `d`: level `d` has children left.
     pub(super) live: u32,
     pub(super) level: [Level; DEPTH_MAX],
+    pub(super) visited: Visited,
 }
 
 /// A node on the path.
@@ -98,9 +105,11 @@ pub(super) struct Level {
     pub(super) block: u32,
     /// Slot `k ^ flip` is visited `k`th.
     pub(super) flip: u8,
-    /// The lowest bit `k`: it was taken; the others: still to be visited.
+    /// Bit `k`: still to be visited.
     pub(super) pending: u8,
-    pub(super) _zero: [u8; 10],
+    /// The `k` that was taken last.
+    pub(super) taken: u8,
+    pub(super) _zero: [u8; 9],
 }
 
 const _: () = {
@@ -110,7 +119,7 @@ const _: () = {
 
 /// More nodes than this no ray visits in a tree that makes sense: 2²⁴. It bounds the time on a file
 /// whose blocks refer to the same nodes again and again.
-pub(super) const STEPS_MAX: u32 = 1 << 24;
+const NODES_MAX: u64 = 1 << 24;
 
 /// Why a traversal stopped before its end.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -134,12 +143,7 @@ impl Cursor {
     /// Room for a traversal.
     #[must_use]
     pub const fn new() -> Self {
-        Self {
-            trail: Trail::START,
-            best: None,
-            visited: Visited { nodes: 0, leaves: 0, blocks: 0 },
-            levels: Levels::new(),
-        }
+        Self { trail: Trail::START, best: None, levels: Levels::new() }
     }
 
     /// Where to go on, after the source has stopped the traversal.
@@ -157,41 +161,51 @@ impl Cursor {
     /// What was visited since the cursor was made, or [`Cursor::take_visited`] was called.
     #[must_use]
     pub const fn visited(&self) -> Visited {
-        self.visited
+        self.levels.visited
     }
 
     /// What was visited; counts from zero again.
     pub fn take_visited(&mut self) -> Visited {
-        core::mem::take(&mut self.visited)
+        core::mem::take(&mut self.levels.visited)
+    }
+
+    /// Counts what was visited on the way to a place.
+    #[inline(always)]
+    pub(super) fn count(&mut self, at: &Place) {
+        let visited = &mut self.levels.visited;
+        visited.nodes = visited.nodes.wrapping_add(NODES_MAX.wrapping_sub(at.steps >> 32));
+        visited.leaves = visited.leaves.wrapping_add(at.steps & u64::from(u32::MAX));
     }
 
     /// Keeps where to go on.
     #[cold]
     #[inline(never)]
-    pub(super) fn stop(&mut self, at: &Place, collapsed: u32, t_max: f32) {
-        self.trail = Trail::new(at, &self.levels, collapsed | self.levels.reached(t_max));
+    pub(super) fn stop(&mut self, at: Place, collapsed: u32, t_max: f32) {
+        self.trail = Trail::new(&at, &self.levels, collapsed | self.levels.reached(t_max));
     }
 }
 
 impl Level {
-    /// Which octant was taken, by its place in the order.
-    #[inline(always)]
-    pub(super) const fn taken(&self) -> u32 {
-        self.pending.trailing_zeros() & 7
-    }
-
     /// Whether the ray may still reach a child that is left.
     fn is_reached(&self, t_max: f32) -> bool {
-        let left = ordered(u32::from(self.pending & self.pending.wrapping_sub(1)), self.flip);
+        let left = ordered(u32::from(self.pending), self.flip);
         self.near.iter().zip(0..).any(|(&near, slot)| left >> slot & 1 == 1 && near <= t_max)
     }
 }
 
 impl Levels {
     pub(super) const fn new() -> Self {
-        const LEVEL: Level =
-            Level { near: [0.0; 8], child: [0; 8], block: 0, flip: 0, pending: 0, _zero: [0; 10] };
-        Self { live: 0, level: [LEVEL; DEPTH_MAX] }
+        const LEVEL: Level = Level {
+            near: [0.0; 8],
+            child: [0; 8],
+            block: 0,
+            flip: 0,
+            pending: 0,
+            taken: 0,
+            _zero: [0; 9],
+        };
+        let visited = Visited { nodes: 0, leaves: 0, blocks: 0 };
+        Self { live: 0, level: [LEVEL; DEPTH_MAX], visited }
     }
 
     #[inline(always)]

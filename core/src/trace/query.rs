@@ -1,24 +1,22 @@
-//! What is asked of rays.
+//! What is asked of a ray.
 
 use crate::geometry::{Hit, PreparedRay};
 
 /// What is done with each hit.
-pub(super) trait Query {
-    /// Makes the ray no longer than it needs to be.
+pub trait Query {
+    /// Makes the ray no longer than it needs to be after the hits before.
     #[inline(always)]
-    fn begin(&self, _: &mut PreparedRay) {}
+    fn shorten(&self, _: &mut PreparedRay) {}
 
     /// Takes a hit at `t`, which the ray accepts. `hit` makes the whole of it. `true` ends the traversal.
-    fn hit(&mut self, ray: &mut PreparedRay, t: f32, hit: impl FnOnce() -> Hit) -> bool;
+    fn hit(&mut self, ray: &mut PreparedRay, t: f32, hit: impl Fn() -> Hit) -> bool;
 }
 
 /// The closest hit: the ray ends at the best so far.
-pub(super) struct Closest<'a>(pub(super) &'a mut Option<Hit>);
-
-impl Query for Closest<'_> {
+impl Query for Option<Hit> {
     #[inline(always)]
-    fn begin(&self, ray: &mut PreparedRay) {
-        if let Some(best) = &self.0
+    fn shorten(&self, ray: &mut PreparedRay) {
+        if let Some(best) = self
             && best.t < ray.t_max
         {
             ray.t_max = best.t;
@@ -26,23 +24,26 @@ impl Query for Closest<'_> {
     }
 
     #[inline(always)]
-    fn hit(&mut self, ray: &mut PreparedRay, t: f32, hit: impl FnOnce() -> Hit) -> bool {
-        let hit = hit();
-        if self.0.as_ref().is_none_or(|best| hit.is_closer_than(best)) {
-            *self.0 = Some(hit);
+    fn hit(&mut self, ray: &mut PreparedRay, t: f32, hit: impl Fn() -> Hit) -> bool {
+        // The whole hit is made where it stays: made first, it would be copied.
+        let closer = match self {
+            None => true,
+            Some(best) if t == best.t => hit().is_closer_than(best),
+            Some(best) => t < best.t,
+        };
+        if closer {
+            *self = Some(hit());
             ray.t_max = t;
         }
         false
     }
 }
 
-/// Any hit ends it.
-pub(super) struct Any<'a>(pub(super) &'a mut bool);
-
-impl Query for Any<'_> {
+/// Whether there is any hit: the first ends it.
+impl Query for bool {
     #[inline(always)]
-    fn hit(&mut self, _: &mut PreparedRay, _: f32, _: impl FnOnce() -> Hit) -> bool {
-        *self.0 = true;
+    fn hit(&mut self, _: &mut PreparedRay, _: f32, _: impl Fn() -> Hit) -> bool {
+        *self = true;
         true
     }
 }
@@ -52,34 +53,7 @@ pub(super) struct Every<F>(pub(super) F);
 
 impl<F: FnMut(&Hit) -> bool> Query for Every<F> {
     #[inline(always)]
-    fn hit(&mut self, _: &mut PreparedRay, _: f32, hit: impl FnOnce() -> Hit) -> bool {
+    fn hit(&mut self, _: &mut PreparedRay, _: f32, hit: impl Fn() -> Hit) -> bool {
         (self.0)(&hit())
-    }
-}
-
-/// The queries of many rays, by ray.
-pub(super) trait Queries {
-    type Query<'a>: Query
-    where
-        Self: 'a;
-
-    fn query(&mut self, ray: usize) -> Option<Self::Query<'_>>;
-}
-
-impl Queries for [Option<Hit>] {
-    type Query<'a> = Closest<'a>;
-
-    #[inline(always)]
-    fn query(&mut self, ray: usize) -> Option<Closest<'_>> {
-        self.get_mut(ray).map(Closest)
-    }
-}
-
-impl Queries for [bool] {
-    type Query<'a> = Any<'a>;
-
-    #[inline(always)]
-    fn query(&mut self, ray: usize) -> Option<Any<'_>> {
-        self.get_mut(ray).map(Any)
     }
 }

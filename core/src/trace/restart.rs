@@ -21,7 +21,7 @@ pub(super) fn restart<L: Lanes, S: BlockSource>(
 ) -> Result<bool, TraceError<S::Error>> {
     'block: loop {
         let view = source.block(run.at.block).map_err(TraceError::Source)?;
-        if !run.enters(&view) {
+        if !run.enters(&view, &mut levels.visited) {
             break;
         }
         let Run { ray, at, collapsed, .. } = &mut *run;
@@ -44,14 +44,13 @@ pub(super) fn restart<L: Lanes, S: BlockSource>(
             level.child = node.child;
             level.block = at.block;
             level.flip = lanes.flip(octants, node);
-            let taken = 1 << level.taken();
             let met = ordered(mask, level.flip);
-            let left = met & !(2 * taken - 1);
-            let slot = level.taken() ^ u32::from(level.flip);
-            level.pending = (left | taken) as u8;
+            let taken = 1 << (level.taken & 7);
+            let pending = met & !(2 * taken - 1);
+            level.pending = pending as u8;
             at.depth += 1;
-            at.child = at_slot(&node.child, slot);
-            levels.live |= u32::from(left != 0) << depth;
+            at.child = at_slot(&node.child, u32::from(level.taken ^ level.flip));
+            levels.live |= u32::from(pending != 0) << depth;
             *collapsed &= !(1 << depth);
             // What the ray does not reach any more has nothing left that it reaches.
             let below = u32::MAX.unbounded_shl(depth + 1);

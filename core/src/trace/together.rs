@@ -8,7 +8,7 @@ use super::group::{Corners, Crossings, GROUP, Sides};
 use super::lanes::Lanes;
 use super::leaf::{normals, spheres, triangle};
 use super::octant::{first_octants, ordered};
-use super::query::{Queries, Query};
+use super::query::Query;
 use crate::block::format::{DEPTH_MAX, RECORD_SPHERES, Record};
 use crate::block::{BlockSource, BlockView};
 use crate::geometry::{Hit, PreparedRay, Primitive};
@@ -56,12 +56,12 @@ type Mask = [u8; GROUPS];
 
 /// Finds the hits of a bundle.
 #[inline(always)]
-pub(super) fn together<L: Lanes, S: BlockSource, A: Queries + ?Sized>(
+pub(super) fn together<L: Lanes, S: BlockSource, Q: Query>(
     lanes: L,
     rays: &mut Rays,
     stack: &mut Stack,
     source: &mut S,
-    queries: &mut A,
+    queries: &mut [Q],
 ) -> Result<(), TraceError<S::Error>> {
     let none = PreparedRay::NONE;
     let [first, ..] = &rays.order;
@@ -180,7 +180,7 @@ fn sides(planes: &Planes, slot: usize) -> Sides {
 /// Tests the records of a leaf. `true`: a ray has become shorter.
 #[inline(always)]
 #[allow(clippy::too_many_arguments, reason = "inlined into the traversal, whose state it is")]
-fn leaves<L: Lanes, A: Queries + ?Sized>(
+fn leaves<L: Lanes, Q: Query>(
     lanes: L,
     view: &BlockView<'_>,
     leaf: u16,
@@ -188,7 +188,7 @@ fn leaves<L: Lanes, A: Queries + ?Sized>(
     rays: &mut Rays,
     met: u32,
     asked: &Mask,
-    queries: &mut A,
+    queries: &mut [Q],
 ) -> bool {
     let (first, count) = records(leaf);
     let mut changed = false;
@@ -226,7 +226,7 @@ fn leaves<L: Lanes, A: Queries + ?Sized>(
                     let lane = accepted.trailing_zeros() as usize & (GROUP - 1);
                     accepted &= accepted - 1;
                     let Some(&ray) = rays.order.get(g * GROUP + lane) else { continue };
-                    let Some(mut query) = queries.query(usize::from(ray)) else { continue };
+                    let Some(query) = queries.get_mut(usize::from(ray)) else { continue };
                     let at = |row: &[f32; GROUP]| row.get(lane).copied().unwrap_or(0.0);
                     let t = at(&crossings.t);
                     let mut shorter = PreparedRay::NONE;
@@ -257,14 +257,14 @@ fn leaves<L: Lanes, A: Queries + ?Sized>(
 /// Asks the definition for the lanes of a group.
 #[cold]
 #[inline(never)]
-fn doubt<A: Queries + ?Sized>(
+fn doubt<Q: Query>(
     view: &BlockView<'_>,
     record: &Record,
     place: usize,
     rays: &mut Rays,
     g: usize,
     lanes: u32,
-    queries: &mut A,
+    queries: &mut [Q],
 ) {
     let mut asked = [0; GROUPS];
     if let Some(asked) = asked.get_mut(g) {
@@ -277,12 +277,12 @@ fn doubt<A: Queries + ?Sized>(
 
 /// Tests single rays. `true` of a test: nothing more is asked of the ray.
 #[inline(always)]
-fn one_by_one<A: Queries + ?Sized>(
+fn one_by_one<Q: Query>(
     rays: &mut Rays,
     mut met: u32,
     asked: &Mask,
-    queries: &mut A,
-    mut test: impl FnMut(&mut PreparedRay, &mut A::Query<'_>) -> bool,
+    queries: &mut [Q],
+    mut test: impl FnMut(&mut PreparedRay, &mut Q) -> bool,
 ) {
     while met != 0 {
         let g = met.trailing_zeros() as usize & (GROUPS - 1);
@@ -294,11 +294,11 @@ fn one_by_one<A: Queries + ?Sized>(
             let Some(&index) = rays.order.get(g * GROUP + lane) else { continue };
             let Some(mut ray) = rays.prepared.get(usize::from(index)).copied() else { continue };
             let t_max = rays.groups.get_mut(g).and_then(|group| group.t_max.get_mut(lane));
-            let (Some(t_max), Some(mut query)) = (t_max, queries.query(usize::from(index))) else {
+            let (Some(t_max), Some(query)) = (t_max, queries.get_mut(usize::from(index))) else {
                 continue;
             };
             ray.t_max = *t_max;
-            let done = !ray.is_none() && test(&mut ray, &mut query);
+            let done = !ray.is_none() && test(&mut ray, query);
             *t_max = if done { f32::NEG_INFINITY } else { ray.t_max };
         }
     }

@@ -2,20 +2,33 @@ use super::batch::{Batch, Many};
 use super::bundle::{BUNDLE, Bundle, Together};
 use super::cursor::{Cursor, TraceError};
 use super::lanes::Lanes;
-use super::query::{Any, Closest, Every};
+use super::query::{Every, Query};
 use super::scalar::Scalar;
 use super::trail::Trail;
 use super::walk::Single;
 use crate::block::BlockSource;
 use crate::geometry::{Hit, Ray};
 
-/// A search that any lanes can do.
+/// A search that any lanes can do. A type without values: what it works on are arguments, so that they stay in registers.
 pub trait Search {
-    /// What comes of it.
-    type Answer;
+    /// Where it keeps its state.
+    type Room;
+    /// What it traces.
+    type Rays: ?Sized;
+    /// What it asks of them.
+    type Queries<Q>: ?Sized;
 
     /// Does it. Is inlined, so that all of it is compiled for the instructions of its caller.
-    fn run<L: Lanes>(self, lanes: L) -> Self::Answer;
+    ///
+    /// # Errors
+    /// [`TraceError`].
+    fn run<L: Lanes, S: BlockSource, Q: Query>(
+        lanes: L,
+        room: &mut Self::Room,
+        source: &mut S,
+        rays: &Self::Rays,
+        queries: &mut Self::Queries<Q>,
+    ) -> Result<(), TraceError<S::Error>>;
 }
 
 /// Traces rays, with the lanes that the machine has. All tracers find the same hits to the bit.
@@ -26,7 +39,16 @@ pub trait Search {
 /// on another, with the same lanes or with others.
 pub trait Tracer: Copy {
     /// Does a search with the lanes of the machine.
-    fn run<T: Search>(self, search: T) -> T::Answer;
+    ///
+    /// # Errors
+    /// Those of the search.
+    fn run<T: Search, S: BlockSource, Q: Query>(
+        self,
+        room: &mut T::Room,
+        source: &mut S,
+        rays: &T::Rays,
+        queries: &mut T::Queries<Q>,
+    ) -> Result<(), TraceError<S::Error>>;
 
     /// The closest hit of a ray.
     ///
@@ -39,7 +61,12 @@ pub trait Tracer: Copy {
         source: &mut S,
         ray: &Ray,
     ) -> Result<Option<Hit>, TraceError<S::Error>> {
-        self.continue_closest(cursor, source, ray, None, &Trail::START)
+        let mut best = None;
+        let result = self.run::<Single<false>, S, Option<Hit>>(cursor, source, ray, &mut best);
+        if result.is_err() {
+            cursor.best = best;
+        }
+        result.map(|()| best)
     }
 
     /// The closest hit of a ray, from a trail on, with the best hit so far.
@@ -55,8 +82,8 @@ pub trait Tracer: Copy {
         mut best: Option<Hit>,
         trail: &Trail,
     ) -> Result<Option<Hit>, TraceError<S::Error>> {
-        let query = Closest(&mut best);
-        let result = self.run(Single { cursor: &mut *cursor, source, ray, trail, query });
+        cursor.trail = *trail;
+        let result = self.run::<Single<true>, S, Option<Hit>>(cursor, source, ray, &mut best);
         if result.is_err() {
             cursor.best = best;
         }
@@ -74,7 +101,9 @@ pub trait Tracer: Copy {
         source: &mut S,
         ray: &Ray,
     ) -> Result<bool, TraceError<S::Error>> {
-        self.continue_any(cursor, source, ray, &Trail::START)
+        let mut found = false;
+        self.run::<Single<false>, S, bool>(cursor, source, ray, &mut found)?;
+        Ok(found)
     }
 
     /// Whether a ray hits anything, from a trail on.
@@ -90,8 +119,8 @@ pub trait Tracer: Copy {
         trail: &Trail,
     ) -> Result<bool, TraceError<S::Error>> {
         let mut found = false;
-        let query = Any(&mut found);
-        self.run(Single { cursor, source, ray, trail, query })?;
+        cursor.trail = *trail;
+        self.run::<Single<true>, S, bool>(cursor, source, ray, &mut found)?;
         Ok(found)
     }
 
@@ -108,7 +137,7 @@ pub trait Tracer: Copy {
         ray: &Ray,
         visit: impl FnMut(&Hit) -> bool,
     ) -> Result<(), TraceError<S::Error>> {
-        self.continue_every(cursor, source, ray, &Trail::START, visit)
+        self.run::<Single<false>, S, Every<_>>(cursor, source, ray, &mut Every(visit))
     }
 
     /// Shows the hits of a ray from a trail on to `visit`: each is shown once, however often the search is stopped.
@@ -124,7 +153,8 @@ pub trait Tracer: Copy {
         trail: &Trail,
         visit: impl FnMut(&Hit) -> bool,
     ) -> Result<(), TraceError<S::Error>> {
-        self.run(Single { cursor, source, ray, trail, query: Every(visit) })
+        cursor.trail = *trail;
+        self.run::<Single<true>, S, Every<_>>(cursor, source, ray, &mut Every(visit))
     }
 
     /// The closest hits of many rays, `hits[i]` that of `rays[i]`; of the longer slice the rest is left out. A source
@@ -142,7 +172,7 @@ pub trait Tracer: Copy {
     ) -> Result<(), TraceError<S::Error>> {
         let (rays, queries) = pair(rays, hits);
         queries.fill(None);
-        self.run(Many { room, source, rays, queries })
+        self.run::<Many, S, Option<Hit>>(room, source, rays, queries)
     }
 
     /// Whether each of many rays hits anything, as [`Tracer::closest_batch`].
@@ -159,7 +189,7 @@ pub trait Tracer: Copy {
     ) -> Result<(), TraceError<S::Error>> {
         let (rays, queries) = pair(rays, hits);
         queries.fill(false);
-        self.run(Many { room, source, rays, queries })
+        self.run::<Many, S, bool>(room, source, rays, queries)
     }
 
     /// The closest hits of coherent rays, `hits[i]` that of `rays[i]`, in bundles of [`BUNDLE`]: neighbours together, eight by
@@ -179,7 +209,7 @@ pub trait Tracer: Copy {
         for (rays, hits) in rays.chunks(BUNDLE).zip(hits.chunks_mut(BUNDLE)) {
             let (rays, queries) = pair(rays, hits);
             queries.fill(None);
-            self.run(Together { room, source, rays, queries })?;
+            self.run::<Together, S, Option<Hit>>(room, source, rays, queries)?;
         }
         Ok(())
     }
@@ -199,7 +229,7 @@ pub trait Tracer: Copy {
         for (rays, hits) in rays.chunks(BUNDLE).zip(hits.chunks_mut(BUNDLE)) {
             let (rays, queries) = pair(rays, hits);
             queries.fill(false);
-            self.run(Together { room, source, rays, queries })?;
+            self.run::<Together, S, bool>(room, source, rays, queries)?;
         }
         Ok(())
     }
@@ -207,8 +237,14 @@ pub trait Tracer: Copy {
 
 impl Tracer for Scalar {
     #[inline]
-    fn run<T: Search>(self, search: T) -> T::Answer {
-        search.run(self)
+    fn run<T: Search, S: BlockSource, Q: Query>(
+        self,
+        room: &mut T::Room,
+        source: &mut S,
+        rays: &T::Rays,
+        queries: &mut T::Queries<Q>,
+    ) -> Result<(), TraceError<S::Error>> {
+        T::run(self, room, source, rays, queries)
     }
 }
 

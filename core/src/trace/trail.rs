@@ -81,16 +81,15 @@ impl Trail {
         let mut path = [0; 3];
         for (level, bit) in levels.level.iter().zip(0..depth.max(span.below)) {
             for (word, b) in path.iter_mut().zip(0..3) {
-                *word |= (level.taken() >> b & 1) << bit;
+                *word |= (u32::from(level.taken) >> b & 1) << bit;
             }
         }
         Self { path, block: at.block, child: at.child, span: span.encode() }
     }
 
     /// Puts the path into the levels. Returns the place to go on at, and the levels which may have octants left.
-    #[inline(always)]
+    #[inline]
     pub(super) fn lay(&self, levels: &mut Levels) -> Option<(Place, u32)> {
-        levels.live = 0;
         let mut at = Place { block: self.block, child: self.child, ..Place::ROOT };
         if self.span == 0 {
             return Some((at, 0));
@@ -105,7 +104,7 @@ impl Trail {
     fn lay_path(&self, levels: &mut Levels, span: Span) {
         let [b0, b1, b2] = self.path;
         for (level, bit) in levels.level.iter_mut().zip(0..span.depth.max(span.below)) {
-            level.pending = 1 << (b0 >> bit & 1 | (b1 >> bit & 1) << 1 | (b2 >> bit & 1) << 2);
+            level.taken = (b0 >> bit & 1 | (b1 >> bit & 1) << 1 | (b2 >> bit & 1) << 2) as u8;
         }
     }
 }

@@ -26,12 +26,15 @@ pub(super) fn visit<L: Lanes>(
     }
     let flip = lanes.flip(octants, node);
     let pending = ordered(mask, flip);
-    let slot = pending.trailing_zeros() ^ u32::from(flip);
-    level.pending = pending as u8;
-    if pending & (pending - 1) != 0 {
+    let taken = pending.trailing_zeros();
+    let slot = taken ^ u32::from(flip);
+    let pending = pending & (pending - 1);
+    level.taken = taken as u8;
+    if pending != 0 {
         level.child = node.child;
         level.block = at.block;
         level.flip = flip;
+        level.pending = pending as u8;
         levels.live |= 1 << (at.depth & 31);
     }
     at_slot(&node.child, slot)
@@ -53,13 +56,15 @@ pub(super) fn take(levels: &mut Levels, t_max: f32) -> Option<Taken> {
         let depth = 31 - levels.live.leading_zeros();
         let level = levels.at_mut(depth);
         let pending = u32::from(level.pending);
+        let taken = pending.trailing_zeros();
+        let slot = taken ^ u32::from(level.flip);
         let pending = pending & pending.wrapping_sub(1);
-        let slot = pending.trailing_zeros() ^ u32::from(level.flip);
+        level.taken = taken as u8;
         level.pending = pending as u8;
         let near = level.near.get(slot as usize & 7).copied().unwrap_or(0.0);
         let child = at_slot(&level.child, slot);
         let block = level.block;
-        levels.live &= !(u32::from(pending & pending.wrapping_sub(1) == 0) << depth);
+        levels.live &= !(u32::from(pending == 0) << depth);
         // Not at equality: the order of hits decides among equals.
         if near > t_max {
             continue;

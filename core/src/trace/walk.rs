@@ -1,34 +1,53 @@
 //! The traversal of a single ray.
 
-use super::code::{INDEX, is_leaf, is_node, is_ref, records};
-use super::cursor::{Cursor, Levels, Place, STEPS_MAX, TraceError};
+use super::code::{INDEX, is_leaf, is_node, is_ref};
+use super::cursor::{Cursor, Levels, Place, TraceError, Visited};
 use super::lanes::Lanes;
 use super::leaf::leaf;
 use super::octant::{Octants, first_octants};
 use super::query::Query;
 use super::restart::restart;
 use super::tracer::Search;
-use super::trail::Trail;
 use super::visit::{take, visit};
-use crate::block::format::Child;
+use crate::block::format::{BlockHeader, Child};
 use crate::block::{BlockSource, BlockView};
 use crate::geometry::{PreparedRay, Ray};
 
-/// A search of a single ray, from a trail on.
-pub(super) struct Single<'a, S, Q> {
-    pub(super) cursor: &'a mut Cursor,
-    pub(super) source: &'a mut S,
-    pub(super) ray: &'a Ray,
-    pub(super) trail: &'a Trail,
-    pub(super) query: Q,
-}
+/// A search of a single ray: from the root, or from the cursor's trail.
+pub(super) struct Single<const CONTINUED: bool>;
 
-impl<S: BlockSource, Q: Query> Search for Single<'_, S, Q> {
-    type Answer = Result<(), TraceError<S::Error>>;
+impl<const CONTINUED: bool> Search for Single<CONTINUED> {
+    type Room = Cursor;
+    type Rays = Ray;
+    type Queries<Q> = Q;
 
     #[inline(always)]
-    fn run<L: Lanes>(mut self, lanes: L) -> Self::Answer {
-        walk(lanes, self.cursor, self.source, self.ray, self.trail, &mut self.query)
+    fn run<L: Lanes, S: BlockSource, Q: Query>(
+        lanes: L,
+        cursor: &mut Cursor,
+        source: &mut S,
+        ray: &Ray,
+        query: &mut Q,
+    ) -> Result<(), TraceError<S::Error>> {
+        let mut ray = PreparedRay::new(ray);
+        query.shorten(&mut ray);
+        if ray.is_none() {
+            return Ok(());
+        }
+        let mut run = Run { ray, at: Place::ROOT, collapsed: 0, unchecked: CONTINUED };
+        cursor.levels.live = 0;
+        if CONTINUED {
+            let Some((at, collapsed)) = cursor.trail.lay(&mut cursor.levels) else {
+                return Err(TraceError::Corrupt { block: cursor.trail.block() });
+            };
+            (run.at, run.collapsed) = (at, collapsed);
+        }
+        let result = walk(lanes, &mut run, &mut cursor.levels, source, query);
+        cursor.count(&run.at);
+        if let Err(TraceError::Source(_)) = result {
+            cursor.stop(run.at, run.collapsed, run.ray.t_max);
+        }
+        result
     }
 }
 
@@ -40,25 +59,21 @@ pub(super) struct Run {
     pub(super) collapsed: u32,
     /// The place is a trail's, and may be anything.
     unchecked: bool,
-    /// As [`Visited`](super::Visited) has them.
-    leaves: u32,
-    blocks: u32,
 }
 
 impl Run {
-    /// Counts a block that is entered. `false`: the block does not have what the trail says.
+    /// Enters a block. `false`: the block does not have what the trail says.
     #[inline(always)]
-    pub(super) fn enters(&mut self, view: &BlockView<'_>) -> bool {
-        self.blocks = self.blocks.wrapping_add(1);
-        !core::mem::take(&mut self.unchecked) || has(view, self.at.child)
+    pub(super) fn enters(&mut self, view: &BlockView<'_>, visited: &mut Visited) -> bool {
+        visited.blocks = visited.blocks.wrapping_add(1);
+        !core::mem::take(&mut self.unchecked) || has(view.header(), self.at.child)
     }
 }
 
 /// Whether a block has a child.
 #[cold]
 #[inline(never)]
-fn has(view: &BlockView<'_>, child: u16) -> bool {
-    let header = view.header();
+fn has(header: &BlockHeader, child: u16) -> bool {
     match Child::decode(child) {
         Child::Node(node) => node < header.nodes,
         Child::Ref(index) => index < header.refs,
@@ -67,40 +82,9 @@ fn has(view: &BlockView<'_>, child: u16) -> bool {
     }
 }
 
-/// Shows the hits of a ray to a query, from a trail on. When its source stops it, the cursor has the trail to go on by.
-#[inline(always)]
-pub(super) fn walk<L: Lanes, S: BlockSource, Q: Query>(
-    lanes: L,
-    cursor: &mut Cursor,
-    source: &mut S,
-    ray: &Ray,
-    trail: &Trail,
-    query: &mut Q,
-) -> Result<(), TraceError<S::Error>> {
-    let mut ray = PreparedRay::new(ray);
-    query.begin(&mut ray);
-    if ray.is_none() {
-        return Ok(());
-    }
-    let Some((at, collapsed)) = trail.lay(&mut cursor.levels) else {
-        return Err(TraceError::Corrupt { block: trail.block() });
-    };
-    let unchecked = *trail != Trail::START;
-    let mut run = Run { ray, at, collapsed, unchecked, leaves: 0, blocks: 0 };
-    let result = through_blocks(lanes, &mut run, &mut cursor.levels, source, query);
-    let visited = &mut cursor.visited;
-    visited.nodes = visited.nodes.wrapping_add(u64::from(STEPS_MAX - run.at.steps));
-    visited.leaves = visited.leaves.wrapping_add(u64::from(run.leaves));
-    visited.blocks = visited.blocks.wrapping_add(u64::from(run.blocks));
-    if let Err(TraceError::Source(_)) = result {
-        cursor.stop(&run.at, run.collapsed, run.ray.t_max);
-    }
-    result
-}
-
 /// Goes on until all is visited, the query ends it, or a block is not there.
 #[inline(always)]
-fn through_blocks<L: Lanes, S: BlockSource, Q: Query>(
+fn walk<L: Lanes, S: BlockSource, Q: Query>(
     lanes: L,
     run: &mut Run,
     levels: &mut Levels,
@@ -117,7 +101,7 @@ fn through_blocks<L: Lanes, S: BlockSource, Q: Query>(
     }
     loop {
         let view = source.block(run.at.block).map_err(TraceError::Source)?;
-        if !run.enters(&view) {
+        if !run.enters(&view, &mut levels.visited) {
             return Err(TraceError::Corrupt { block: run.at.block });
         }
         let frame = lanes.frame(&prepared, view.header());
@@ -169,7 +153,7 @@ fn in_block<L: Lanes, Q: Query>(
     query: &mut Q,
 ) -> Leave {
     let &Fixed { lanes, view, frame, prepared, octants } = fixed;
-    let Run { ray, at, leaves, .. } = run;
+    let Run { ray, at, .. } = run;
     loop {
         while is_node(at.child) {
             let Some(node) = view.node(at.child & INDEX) else { return Leave::Corrupt };
@@ -180,7 +164,7 @@ fn in_block<L: Lanes, Q: Query>(
             at.depth += 1;
         }
         if is_leaf(at.child) {
-            *leaves = leaves.wrapping_add(u32::from(records(at.child).1));
+            at.tests();
             if leaf(lanes, view, at.child, prepared, ray, query) {
                 return Leave::Done;
             }

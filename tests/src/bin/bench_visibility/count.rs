@@ -5,7 +5,7 @@ use std::cell::Cell;
 use kiloray_core::block::format::{BlockHeader, Node, Record};
 use kiloray_core::block::{BlockSource, BlockView, KiloView, NoBlock};
 use kiloray_core::geometry::{PreparedRay, Ray};
-use kiloray_core::trace::{Cursor, Lanes, Octants, Scalar, Search, Tracer};
+use kiloray_core::trace::{Cursor, Lanes, Octants, Query, Scalar, Search, TraceError, Tracer};
 
 use crate::Error;
 
@@ -61,8 +61,14 @@ impl Lanes for Counting<'_> {
 }
 
 impl Tracer for Counting<'_> {
-    fn run<T: Search>(self, search: T) -> T::Answer {
-        search.run(self)
+    fn run<T: Search, S: BlockSource, Q: Query>(
+        self,
+        room: &mut T::Room,
+        source: &mut S,
+        rays: &T::Rays,
+        queries: &mut T::Queries<Q>,
+    ) -> Result<(), TraceError<S::Error>> {
+        T::run(self, room, source, rays, queries)
     }
 }
 
