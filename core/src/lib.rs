@@ -42,6 +42,8 @@ pub mod random;
 pub mod render;
 pub mod scene;
 pub mod shade;
+#[cfg(test)]
+mod snapshot;
 pub mod store;
 pub mod trace;
 pub mod view;

@@ -73,6 +73,28 @@ impl CreditSender {
     }
 }
 
+#[cfg(test)]
+impl CreditSender {
+    /// Takes so much off all numbers.
+    pub(super) fn rebase(&mut self, by: u16) {
+        self.sent.0 = self.sent.0.wrapping_sub(by);
+        self.limit.0 = self.limit.0.wrapping_sub(by);
+    }
+}
+
+#[cfg(test)]
+impl CreditReceiver {
+    /// Takes so much off all numbers.
+    pub(super) fn rebase(&mut self, by: u16) {
+        self.seen.0 = self.seen.0.wrapping_sub(by);
+    }
+
+    /// Number of the last packet accounted for.
+    pub(super) fn seen(&self) -> u16 {
+        self.seen.0
+    }
+}
+
 /// What an arriving packet is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Arrival {

@@ -1,5 +1,6 @@
 use super::outbox::Outbox;
 use super::rom::Blocks;
+use super::rules::Rule;
 use super::slots::{FetchSlot, RaySlot, Root, RootState, ShadowSlot, Stage};
 use super::tiles::Tiles;
 use super::{Counts, Lack, Next, NodePlan, Progress, Rom, Settings, Time, Work, World};
@@ -60,6 +61,9 @@ pub struct Node<'a, W> {
     pub(super) counts: Counts,
     /// Of the step that is being taken.
     pub(super) work: Work,
+    /// A rule that a test has broken.
+    #[cfg(test)]
+    pub(super) broken: Option<super::rules::Rule>,
     budget: Budget,
 }
 
@@ -134,7 +138,14 @@ impl<'a, W: World> Node<'a, W> {
             lost: None,
             counts: Counts::default(),
             work: Work::default(),
-            blocks: Blocks { cache: BlockCache::new(arena, plan.block_bytes, plan.frames)?, rom },
+            #[cfg(test)]
+            broken: None,
+            blocks: Blocks {
+                cache: BlockCache::new(arena, plan.block_bytes, plan.frames)?,
+                rom,
+                #[cfg(test)]
+                pins: false,
+            },
             budget,
         })
     }
@@ -184,15 +195,16 @@ impl<'a, W: World> Node<'a, W> {
         if now >= self.next_deadline {
             self.deadlines(now);
         }
-        if self.starved {
-            self.feed(now);
-        }
         let mut ran = false;
         for _ in 0..QUANTUM {
             if !self.step(now) {
                 break;
             }
             ran = true;
+        }
+        // Behind the steps: nothing else tells that one of them has used a frame that others wait for.
+        if self.starved {
+            ran |= self.feed(now);
         }
         self.answer_visits(now);
         self.send_tiles(now);
@@ -201,7 +213,8 @@ impl<'a, W: World> Node<'a, W> {
         self.ask_for_tiles(now);
         let runnable = ran && self.is_runnable();
         let age = self.settings.bundle_age;
-        self.outbox.flush(&mut self.router, now, age, !runnable, &mut self.counts, &mut self.work);
+        let all = !runnable && self.keeps(Rule::Flush);
+        self.outbox.flush(&mut self.router, now, age, all, &mut self.counts, &mut self.work);
         let next = if runnable || self.has_mail() {
             Next::Now
         } else {
@@ -300,6 +313,8 @@ impl<'a, W: World> Node<'a, W> {
     /// A ray of a root has ended.
     pub(super) fn close(&mut self, root: u16) {
         let Some(root) = self.roots.get_mut(usize::from(root)) else { return };
+        #[cfg(test)]
+        self.blocks.cache.unpin();
         debug_assert!(root.open > 0, "a ray ends once");
         root.open = root.open.saturating_sub(1);
         if root.open == 0 {

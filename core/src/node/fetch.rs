@@ -1,5 +1,6 @@
 use super::actor::SUSPECTS;
 use super::rom::Blocks;
+use super::rules::Rule;
 use super::slots::FetchSlot;
 use super::{Node, Time, World};
 use crate::network::NodeId;
@@ -24,7 +25,9 @@ impl<W: World> Node<'_, W> {
             Place::Remote => {}
         }
         let free = self.fetches.iter().position(|fetch| fetch.state == FREE);
-        let Some(at) = free.filter(|_| self.blocks.cache.reserve(block, Claim::Demand).is_ok())
+        let first = self.keeps(Rule::FrameFirst);
+        let cache = &mut self.blocks.cache;
+        let Some(at) = free.filter(|_| !first || cache.reserve(block, Claim::Demand).is_ok())
         else {
             self.starved = true;
             self.counts.stalls = self.counts.stalls.saturating_add(1);

@@ -1,7 +1,9 @@
 use super::outbox::kind_of;
+use super::rules::Rule;
 use super::{Node, Time, World};
 use crate::network::{Channel, NodeId};
 use crate::protocol::{Items, Message};
+use crate::store::Claim;
 
 /// Replies handled in a step.
 const REPLIES: usize = 16;
@@ -14,12 +16,37 @@ impl<W: World> Node<'_, W> {
             else {
                 break;
             };
+            if self.is_reply_stuck() {
+                break;
+            }
             let mut at = 0;
             while at < len {
                 let Some(used) = self.reply(from, at, now) else { break };
                 at = at.saturating_add(used);
             }
             self.router.consume(Channel::Reply);
+        }
+    }
+
+    /// Whether a reply would wait in its link buffer: never, by rules 3, 8 and 11.
+    fn is_reply_stuck(&mut self) -> bool {
+        if !self.keeps(Rule::ConsumeReplies) && !self.outbox.has_room(&self.router, Channel::Reply)
+        {
+            return true;
+        }
+        let home = self.keeps(Rule::HomeSlot) || self.free_len > 0;
+        let first = self.keeps(Rule::FrameFirst);
+        if home && first {
+            return false;
+        }
+        let Self { router, blocks, fetches, .. } = self;
+        match router.arrived(Channel::Reply).and_then(|(_, bytes)| Items::new(bytes).next()) {
+            Some(Message::Refusal { .. }) => !home,
+            Some(Message::Part { block, .. }) if !first => {
+                let waits = fetches.iter().any(|fetch| fetch.state != 0 && fetch.block == block);
+                waits && blocks.cache.reserve(block, Claim::Demand).is_err()
+            }
+            _ => false,
         }
     }
 
@@ -38,6 +65,7 @@ impl<W: World> Node<'_, W> {
         let kind = kind_of(&message, &mut self.counts.received);
         kind.count = kind.count.saturating_add(1);
         kind.bytes = kind.bytes.saturating_add(used as u64);
+        let stops = !self.keeps(Rule::Timer);
         match message {
             Message::Part { block, offset, bytes } => {
                 let Self { blocks, fetches, piece, .. } = self;
@@ -58,10 +86,13 @@ impl<W: World> Node<'_, W> {
             },
             Message::Refusal { to } => self.on_refusal(&to, now),
             Message::AtWork { to } => match self.away(&to) {
-                // Its time limit begins anew, and is longer.
+                // Its time limit begins anew, and is longer: it is never taken away (rule 15).
                 Some(slot) => {
                     slot.sent = super::rays::ticks(now);
                     slot.limit = slot.limit.saturating_mul(2).min(u32::MAX / 4);
+                    if stops {
+                        slot.limit = u32::MAX;
+                    }
                 }
                 None => self.counts.unasked = self.counts.unasked.saturating_add(1),
             },

@@ -44,6 +44,7 @@ mod placement;
 mod plan;
 mod rays;
 mod rom;
+mod rules;
 mod settings;
 mod slots;
 #[cfg(test)]

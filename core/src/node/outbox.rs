@@ -117,6 +117,17 @@ impl<'a> Outbox<'a> {
         self.open.iter().all(|open| open.state == 0)
     }
 
+    /// All of it, every bundle begun now.
+    #[cfg(test)]
+    pub(super) fn snapshot(&mut self, s: &mut crate::snapshot::Snapshot, now: Time) {
+        for (at, open) in self.open.iter_mut().enumerate() {
+            open.since = if open.state == 0 { 0 } else { now.0 };
+            s.pod(open);
+            let begin = at * self.payload;
+            s.bytes(&mut self.bytes[begin..begin + usize::from(open.len)]);
+        }
+    }
+
     /// A free place that this channel may take: one stays for the other channel.
     fn place(&self, channel: Channel) -> Option<usize> {
         let mine = self.open.iter().filter(|open| open.is(channel)).count();

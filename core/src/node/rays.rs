@@ -1,3 +1,4 @@
+use super::rules::Rule;
 use super::slots::{RaySlot, Root, RootState, ShadowSlot, Stage};
 use super::world::BUNDLE;
 use super::{Node, RayKind, Time, Traced, World};
@@ -21,9 +22,14 @@ impl<W: World> Node<'_, W> {
     /// taken, so `k` are free at least, and a child with `k - 1` may have one. Rays that are away end likewise elsewhere, or after so many
     /// refusals in the slot that they have here (rule 8).
     fn reserve(&self, ray: &PathRay) -> usize {
+        if !self.keeps(Rule::Reserve) {
+            return 0;
+        }
         // Where shadow rays migrate, each takes a slot.
         let shadow = usize::from(self.settings.schedule.migrates(RayKind::Shadow));
-        if ray.is_shadow() { 0 } else { self.world.splits(ray.depth()).saturating_add(shadow) }
+        let splits = self.world.splits(ray.depth());
+        let splits = if self.keeps(Rule::ReserveByDepth) { splits } else { splits.min(1) };
+        if ray.is_shadow() { 0 } else { splits.saturating_add(shadow) }
     }
 
     pub(super) fn may_take_slot(&self, ray: &PathRay) -> bool {
@@ -296,20 +302,23 @@ impl<W: World> Node<'_, W> {
 
     /// The away ray that an address names, if it is one.
     pub(super) fn away(&mut self, to: &ReturnAddress) -> Option<&mut RaySlot> {
+        // Rule 14.
+        let by_key = self.keeps(Rule::AnswerByKey);
         let slot = self.rays.get_mut(usize::from(to.slot()))?;
-        let named = slot.stage() == Stage::Away && slot.ray.key() == to.key();
+        let named = slot.stage() == Stage::Away && (slot.ray.key() == to.key() || !by_key);
         (named && to.node() == self.here).then_some(slot)
     }
 
     /// A ray was refused: it is sent again a little later, or run here after so many refusals (rule 8).
     pub(super) fn on_refusal(&mut self, to: &ReturnAddress, now: Time) {
         let (most, pause) = (self.settings.refusals, self.settings.patience.0 / 16);
+        let limited = self.keeps(Rule::RefusalLimit);
         let Some(slot) = self.away(to) else {
             self.counts.unasked = self.counts.unasked.saturating_add(1);
             return;
         };
         slot.refusals = slot.refusals.saturating_add(1);
-        let home = slot.refusals > most;
+        let home = slot.refusals > most && limited;
         if home {
             slot.home = 1;
             slot.set_stage(Stage::Trace);
@@ -525,21 +534,23 @@ impl<W: World> Node<'_, W> {
         }
     }
 
-    /// Asks again for blocks for which there was no frame.
-    pub(super) fn feed(&mut self, now: Time) {
+    /// Asks again for blocks for which there was no frame: whether a ray can go on.
+    pub(super) fn feed(&mut self, now: Time) -> bool {
         self.starved = false;
+        let mut woken = false;
         for number in 0..self.rays.len() {
             let Some(slot) = self.rays.get(number) else { break };
             if slot.stage() == Stage::Blocked {
                 let block = slot.trail().block();
                 if self.is_here(block) {
                     self.wake(block);
+                    woken = true;
                 } else {
                     self.want(block, now);
                 }
             }
             if self.starved {
-                return;
+                return woken;
             }
         }
         let first = self.shadows.len().saturating_sub(self.parked);
@@ -549,13 +560,14 @@ impl<W: World> Node<'_, W> {
                 self.wake(block);
                 // What waits has been moved: the rest is looked at next time.
                 self.starved = true;
-                return;
+                return true;
             }
             self.want(block, now);
             if self.starved {
-                return;
+                return woken;
             }
         }
+        woken
     }
 
     fn is_here(&self, block: u32) -> bool {
@@ -564,7 +576,7 @@ impl<W: World> Node<'_, W> {
 }
 
 /// In [`RaySlot::sent_to`]: it was refused, and is sent again when its time is up.
-const REFUSED: u16 = u16::MAX;
+pub(super) const REFUSED: u16 = u16::MAX;
 
 /// A tick is 2 to this power \[ns\].
 pub(super) const TICK: u32 = 10;

@@ -114,6 +114,9 @@ impl<'a> Rom<'a> {
 pub(super) struct Blocks<'a> {
     pub(super) rom: Rom<'a>,
     pub(super) cache: BlockCache<'a>,
+    /// A broken rule: what a ray has used is kept until a ray ends.
+    #[cfg(test)]
+    pub(super) pins: bool,
 }
 
 /// A block that is not here.
@@ -127,7 +130,11 @@ impl BlockSource for Blocks<'_> {
     fn block(&mut self, block: u32) -> Result<BlockView<'_>, Missing> {
         let bytes = match self.rom.block(block) {
             Some(bytes) => Some(bytes),
-            None => self.cache.get(block),
+            None => {
+                #[cfg(test)]
+                self.cache.pin(block, self.pins);
+                self.cache.get(block)
+            }
         };
         bytes.map(BlockView::trusted).ok_or(Missing(block))
     }

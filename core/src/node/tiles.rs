@@ -73,6 +73,39 @@ impl Tiles {
         Some(tile)
     }
 
+    /// All of it, with times as a checker sees them: passed, or not.
+    #[cfg(test)]
+    pub(super) fn snapshot(&mut self, s: &mut crate::snapshot::Snapshot, now: Time, later: Time) {
+        self.asked = self.asked.map(|_| later);
+        self.dry = if self.dry > now { later } else { Time(0) };
+        let mut asked = self.asked.is_some();
+        s.bool(&mut asked);
+        self.asked = asked.then_some(later);
+        s.pod(&mut self.dry.0);
+        s.pod(&mut self.number);
+        s.pod(&mut self.tries);
+        for (first, count) in &mut self.leases {
+            *first = if *count == 0 { 0 } else { *first };
+            s.pod(first);
+            s.pod(count);
+        }
+    }
+
+    /// Whether a time limit runs: of its request, of its wait for new tiles.
+    #[cfg(test)]
+    pub(super) fn waits(&self, now: Time) -> (bool, bool) {
+        (self.asked.is_some(), self.dry > now)
+    }
+
+    /// Makes one pass.
+    #[cfg(test)]
+    pub(super) fn expire(&mut self, asked: bool, now: Time) {
+        match asked {
+            true => self.asked = Some(now),
+            false => self.dry = now,
+        }
+    }
+
     fn leased(&self) -> u32 {
         self.leases.iter().fold(0, |sum, (_, count)| sum.saturating_add(*count))
     }

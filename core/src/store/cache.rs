@@ -226,6 +226,30 @@ impl<'a> BlockCache<'a> {
         }
     }
 
+    /// Keeps the frame of a block, the last one too.
+    #[cfg(test)]
+    pub(crate) fn pin(&mut self, block: u32, pins: bool) {
+        if let Some(frame) = self.table.find(block).filter(|_| pins) {
+            self.table.protect(frame);
+        }
+    }
+
+    /// Keeps none any more.
+    #[cfg(test)]
+    pub(crate) fn unpin(&mut self) {
+        self.table.unprotect_all();
+    }
+
+    /// All of it but what it counts.
+    #[cfg(test)]
+    pub(crate) fn snapshot(&mut self, snapshot: &mut crate::snapshot::Snapshot) {
+        self.table.snapshot(snapshot);
+        for frame in self.frames.chunks_mut(self.block_bytes) {
+            snapshot.bytes(frame);
+        }
+        self.counts = CacheCounts::default();
+    }
+
     /// Number of frames.
     #[must_use]
     pub const fn capacity(&self) -> usize {

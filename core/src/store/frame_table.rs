@@ -218,6 +218,23 @@ impl<'a> FrameTable<'a> {
         }
     }
 
+    #[cfg(test)]
+    pub(super) fn unprotect_all(&mut self) {
+        (0..self.entries.len() as u32).for_each(|frame| self.unprotect(FrameId(frame)));
+    }
+
+    /// All of it.
+    #[cfg(test)]
+    pub(super) fn snapshot(&mut self, snapshot: &mut crate::snapshot::Snapshot) {
+        snapshot.all(self.entries);
+        snapshot.all(self.index);
+        for frame in [&mut self.newest, &mut self.oldest, &mut self.free] {
+            snapshot.pod(frame);
+        }
+        snapshot.len(&mut self.free_len);
+        snapshot.len(&mut self.evictable_len);
+    }
+
     fn put_free(&mut self, frame: FrameId) {
         let free = self.free;
         if let Some(entry) = self.entries.get_mut(frame.index()) {

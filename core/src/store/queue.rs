@@ -83,6 +83,26 @@ impl<'a, T: Copy> Queue<'a, T> {
         self.peak
     }
 
+    /// Its values, oldest first.
+    #[cfg(test)]
+    pub(crate) fn iter(&self) -> impl Iterator<Item = &T> {
+        (0..self.len).map(|i| &self.items[self.wrap(self.first + i)])
+    }
+
+    /// Its values; they lie at the front afterwards.
+    #[cfg(test)]
+    pub(crate) fn snapshot(&mut self, snapshot: &mut crate::snapshot::Snapshot)
+    where
+        T: bytemuck::Pod,
+    {
+        if !snapshot.reads() && self.first > 0 {
+            self.items.rotate_left(self.first);
+        }
+        (self.first, self.peak) = (0, 0);
+        snapshot.len(&mut self.len);
+        snapshot.all(&mut self.items[..self.len]);
+    }
+
     /// An index below twice the capacity, brought back below it.
     const fn wrap(&self, at: usize) -> usize {
         if at >= self.items.len() { at.saturating_sub(self.items.len()) } else { at }

@@ -1,18 +1,21 @@
 //! A mesh of nodes over a toy scene, whose every step is somebody's choice.
 
+use super::super::rules::Rule;
 use super::super::*;
+use super::state::{NOW, Timer};
 use super::toy::Toy;
 use crate::network::{
-    Channel, HOST, Mesh, NodeId, PacketHeader, Port, Received, Router, RouterMemory, RouterSize,
-    Topology,
+    Channel, HOST, LANES, Mesh, NodeId, PacketHeader, Port, Received, Router, RouterMemory,
+    RouterSize, Topology,
 };
 use crate::protocol::{Items, Message, write};
 use crate::shade::Sum;
+use crate::snapshot::Snapshot;
 use crate::store::{Arena, CHUNK_BYTES, Chunk};
 use std::collections::VecDeque;
 
 /// What a mesh is made of.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Copy)]
 pub(super) struct Setup {
     pub(super) topology: Topology,
     pub(super) toy: Toy,
@@ -22,38 +25,83 @@ pub(super) struct Setup {
     pub(super) refusals: u8,
     pub(super) group: u16,
     /// Lengths in place of the least ones.
-    pub(super) plan: fn(&mut NodePlan),
+    pub(super) plan: fn(NodeId, &mut NodePlan),
+    /// Bundles do not wait for company.
+    pub(super) hasty: bool,
+    /// Time goes on, and time limits pass when they do. Otherwise each is somebody's choice: when nothing else
+    /// can happen, or too early as a fault.
+    pub(super) timed: bool,
+    /// Packets are at most on one link at a time, the host and credit without data do not wait: fewer states.
+    pub(super) fused: bool,
+    /// What may go wrong yet.
+    pub(super) faults: Faults,
+    pub(super) broken: Option<Broken>,
 }
 
-/// Something that can happen.
+/// Faults, by kind.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Faults {
+    pub(super) losses: u8,
+    pub(super) crashes: u8,
+    /// Time limits that pass early.
+    pub(super) early: u8,
+}
+
+/// A rule that is broken on purpose.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub(super) enum Broken {
+    Node(Rule),
+    /// 1: requests and replies share their buffers on links.
+    OneChannel,
+    /// 2: a ring without a dateline.
+    NoDateline,
+    /// Nobody asks for credit that is overdue.
+    NoReminder,
+}
+
+/// Something that can happen. The host counts as the last node.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(super) enum Action {
-    /// A node (the last one: the host) takes a step.
+    /// A node takes a step.
     Poll(u16),
     /// A packet leaves a node over a port.
     Transmit(u16, u16),
     /// The oldest packet on a link arrives.
     Deliver(u16, u16),
+    /// Both.
+    Hop(u16, u16),
     /// It is lost.
-    Drop(u16, u16),
+    Lose(u16, u16),
     /// It arrives, and stays on the link too.
     Double(u16, u16),
+    /// A node dies.
+    Crash(u16),
+    /// A time limit passes.
+    Expire(u16, Timer),
+    /// It passes early.
+    Early(u16, Timer),
+    /// Overdue credit is asked for.
+    Remind,
     /// Time goes on to the next time limit.
     Wait,
 }
 
 /// Nodes, links and the host.
 pub(super) struct World<'a> {
-    setup: Setup,
+    pub(super) setup: Setup,
     mesh: Mesh,
-    nodes: Vec<Node<'a, Toy>>,
+    pub(super) nodes: Vec<Node<'a, Toy>>,
     next: Vec<Next>,
     dead: Vec<bool>,
-    host: Router<'a>,
-    /// Packets under way from a node by a port; the host is the last node.
+    pub(super) host: Router<'a>,
+    /// Packets under way from a node by a port.
     links: Vec<Vec<VecDeque<Vec<u8>>>>,
     given: u32,
-    pub(super) sums: Vec<Option<Sum>>,
+    /// The last grant of each node: its number, the first tile, how many.
+    grants: Vec<[u32; 3]>,
+    sums: Vec<Option<Sum>>,
+    /// A tile came to something else than it should.
+    pub(super) wrong: bool,
     pub(super) lost: Option<u32>,
     pub(super) now: Time,
 }
@@ -97,7 +145,7 @@ impl Setup {
             depth: 1,
         };
         let mut plan = NodePlan::least(&needs);
-        (self.plan)(&mut plan);
+        (self.plan)(here, &mut plan);
         plan
     }
 }
@@ -113,7 +161,7 @@ impl<'a> World<'a> {
             prefetch: Prefetch::Nearest(0),
             order: TaskOrder::Made,
             patience: Time(1 << 20),
-            bundle_age: Time(1 << 12),
+            bundle_age: Time(if setup.hasty { 0 } else { 1 << 12 }),
             group: setup.group,
         };
         let nodes: Vec<_> = node_memory
@@ -126,7 +174,14 @@ impl<'a> World<'a> {
                 let router = |memory| Router::new(mesh, here, plan.router, memory);
                 let budget = plan.budget(usize::MAX).unwrap();
                 let mut arena = Arena::new(memory);
-                Node::new(&mut arena, &plan, budget, settings, rom, router, setup.toy).unwrap()
+                let node = Node::new(&mut arena, &plan, budget, settings, rom, router, setup.toy);
+                let mut node = node.unwrap();
+                if let Some(Broken::Node(rule)) = setup.broken {
+                    node.broken = Some(rule);
+                    node.blocks.pins = rule == Rule::FrameFree;
+                }
+                node.router().one_channel = setup.broken == Some(Broken::OneChannel);
+                node
             })
             .collect();
         let payload = NodePlan::packet_min(setup.toy.block_bytes) as u16;
@@ -138,6 +193,8 @@ impl<'a> World<'a> {
             ports: arena.carve(size.ports.into()).unwrap(),
             bytes: arena.carve(size.bytes()).unwrap(),
         };
+        let mut host = Router::new(mesh, HOST, size, memory).unwrap();
+        host.one_channel = setup.broken == Some(Broken::OneChannel);
         let count = nodes.len();
         let links = (0..mesh.nodes())
             .map(NodeId)
@@ -145,17 +202,19 @@ impl<'a> World<'a> {
             .map(|node| vec![VecDeque::new(); mesh.ports(node).into()])
             .collect();
         Self {
-            setup: setup.clone(),
+            setup: *setup,
             mesh,
             nodes,
             next: vec![Next::Now; count],
             dead: vec![false; count],
-            host: Router::new(mesh, HOST, size, memory).unwrap(),
+            host,
             links,
             given: 0,
+            grants: vec![[u32::MAX, 0, 0]; count],
             sums: vec![None; setup.toy.tiles as usize],
+            wrong: false,
             lost: None,
-            now: Time(0),
+            now: if setup.timed { Time(0) } else { NOW },
         }
     }
 
@@ -163,8 +222,8 @@ impl<'a> World<'a> {
         if usize::from(index) == self.nodes.len() { HOST } else { NodeId(index) }
     }
 
-    fn index(&self, node: NodeId) -> usize {
-        if node == HOST { self.nodes.len() } else { node.0.into() }
+    fn index(&self, node: NodeId) -> u16 {
+        if node == HOST { self.nodes.len() as u16 } else { node.0 }
     }
 
     fn router(&mut self, index: u16) -> &mut Router<'a> {
@@ -174,56 +233,122 @@ impl<'a> World<'a> {
         }
     }
 
+    fn is_dead(&self, index: u16) -> bool {
+        self.dead.get(usize::from(index)) == Some(&true)
+    }
+
+    fn link(&mut self, node: u16, port: u16) -> &mut VecDeque<Vec<u8>> {
+        &mut self.links[usize::from(node)][usize::from(port)]
+    }
+
+    /// Whether the picture is complete.
     pub(super) fn is_complete(&self) -> bool {
         self.sums.iter().all(Option::is_some)
     }
 
-    pub(super) fn nodes(&self) -> &[Node<'a, Toy>] {
-        &self.nodes
+    /// Whether the picture is complete and all buffers, slots and frames are free again.
+    pub(super) fn is_finished(&mut self) -> bool {
+        let mut nodes = self.nodes.iter_mut().zip(&self.dead);
+        self.sums.iter().all(Option::is_some)
+            && self.links.iter().flatten().all(VecDeque::is_empty)
+            && self.host.is_idle()
+            && nodes.all(|(node, &dead)| match dead {
+                true => node.router().is_idle(),
+                false => node.is_empty(),
+            })
     }
 
-    /// A node dies: its router lives.
-    pub(super) fn crash(&mut self, node: u16) {
-        self.dead[usize::from(node)] = true;
-    }
-
-    /// What can happen now, losses and doublings apart.
+    /// What can happen now, faults apart.
     pub(super) fn actions(&mut self) -> Vec<Action> {
         let mut actions = Vec::new();
-        let count = self.nodes.len() as u16;
         for node in 0..=self.nodes.len() as u16 {
-            let ready = match self.next.get(usize::from(node)) {
-                _ if self.dead.get(usize::from(node)) == Some(&true) => true,
-                Some(Next::Now) | None => true,
-                Some(Next::Wait { until, .. }) => *until <= self.now,
-            };
-            let mail = Channel::ALL.iter().any(|&c| self.router(node).arrived(c).is_some());
-            let last = usize::from(node) == self.nodes.len();
-            let dead = self.dead.get(usize::from(node)) == Some(&true);
-            if mail && (last || dead) || ready && !last && !dead {
+            if self.can_poll(node) {
                 actions.push(Action::Poll(node));
             }
             for port in 0..self.links[usize::from(node)].len() as u16 {
-                if self.links[usize::from(node)][usize::from(port)].is_empty()
-                    && self.can_transmit(node, port)
-                {
-                    actions.push(Action::Transmit(node, port));
-                }
-                if !self.links[usize::from(node)][usize::from(port)].is_empty() {
+                if !self.link(node, port).is_empty() {
                     actions.push(Action::Deliver(node, port));
+                } else if self.router(node).would_transmit(Port(port)) {
+                    let hops = self.setup.fused;
+                    actions.push(if hops { Action::Hop } else { Action::Transmit }(node, port));
                 }
             }
         }
-        let heals = actions.is_empty()
-            && (0..=count).filter(|&node| self.router(node).remind()).count() > 0;
-        if actions.is_empty() && (heals || self.deadline() < Time::NEVER) {
-            actions.push(Action::Wait);
+        if self.setup.timed {
+            let heals = actions.is_empty() && self.remind();
+            if actions.is_empty() && (heals || self.deadline() < Time::NEVER) {
+                actions.push(Action::Wait);
+            }
+            return actions;
+        }
+        actions.extend(self.timers(|timer| matches!(timer, Timer::Refused(_))));
+        // Overdue credit is asked for much sooner than a time limit passes.
+        let heals = self.setup.broken != Some(Broken::NoReminder) && self.is_credit_out();
+        if actions.is_empty() && heals {
+            actions.push(Action::Remind);
+        } else if actions.is_empty() {
+            let crashed = self.dead.contains(&true) && !self.is_complete();
+            actions.extend(self.timers(|timer| timer != Timer::Dry || crashed));
         }
         actions
     }
 
-    fn can_transmit(&mut self, node: u16, port: u16) -> bool {
-        self.router(node).would_transmit(Port(port))
+    /// What can go wrong now.
+    pub(super) fn faults(&mut self) -> Vec<Action> {
+        let mut actions = Vec::new();
+        let left = self.setup.faults;
+        for node in 0..=self.nodes.len() as u16 {
+            if left.crashes > 0 && node > 0 && node < self.nodes.len() as u16 && !self.is_dead(node)
+            {
+                actions.push(Action::Crash(node));
+            }
+            for port in (0..self.links[usize::from(node)].len() as u16).filter(|_| left.losses > 0)
+            {
+                let full = !self.link(node, port).is_empty();
+                if full || self.setup.fused && self.router(node).would_transmit(Port(port)) {
+                    actions.push(Action::Lose(node, port));
+                }
+            }
+        }
+        if left.early > 0 {
+            let timers = self.timers(|timer| !matches!(timer, Timer::Refused(_) | Timer::Dry));
+            actions.extend(timers.into_iter().map(|action| match action {
+                Action::Expire(node, timer) => Action::Early(node, timer),
+                other => other,
+            }));
+        }
+        actions
+    }
+
+    fn can_poll(&mut self, node: u16) -> bool {
+        let is_host = usize::from(node) == self.nodes.len();
+        if is_host || self.is_dead(node) {
+            return Channel::ALL.iter().any(|&c| self.router(node).arrived(c).is_some())
+                && (!is_host || self.host.room(Channel::Reply) > 0);
+        }
+        match self.next[usize::from(node)] {
+            Next::Now => true,
+            Next::Wait { until, .. } => self.setup.timed && until <= self.now,
+        }
+    }
+
+    fn timers(&mut self, filter: impl Fn(Timer) -> bool) -> Vec<Action> {
+        let mut actions = Vec::new();
+        for (node, at) in self.nodes.iter_mut().zip(0_u16..) {
+            if !self.dead[usize::from(at)] {
+                let timers = node.timers().into_iter().filter(|&timer| filter(timer));
+                actions.extend(timers.map(|timer| Action::Expire(at, timer)));
+            }
+        }
+        actions
+    }
+
+    fn remind(&mut self) -> bool {
+        (0..=self.nodes.len() as u16).filter(|&node| self.router(node).remind()).count() > 0
+    }
+
+    fn is_credit_out(&mut self) -> bool {
+        (0..=self.nodes.len() as u16).any(|node| self.router(node).is_credit_out())
     }
 
     fn deadline(&self) -> Time {
@@ -238,21 +363,35 @@ impl<'a> World<'a> {
     pub(super) fn act(&mut self, action: Action) {
         match action {
             Action::Poll(node) => self.poll(node),
-            Action::Transmit(node, port) => {
-                let mut room = [0; 4096];
-                if let Some(len) = self.router(node).transmit(Port(port), &mut room) {
-                    // Room to send: the node may go on.
-                    if let Some(next) = self.next.get_mut(usize::from(node)) {
-                        *next = Next::Now;
-                    }
-                    let link = &mut self.links[usize::from(node)][usize::from(port)];
-                    link.push_back(room[..len].to_vec());
-                }
-            }
+            Action::Transmit(node, port) => self.transmit(node, port),
             Action::Deliver(node, port) => self.deliver(node, port, true),
             Action::Double(node, port) => self.deliver(node, port, false),
-            Action::Drop(node, port) => {
-                self.links[usize::from(node)][usize::from(port)].pop_front();
+            Action::Hop(node, port) => {
+                self.transmit(node, port);
+                self.deliver(node, port, true);
+            }
+            Action::Lose(node, port) => {
+                self.setup.faults.losses = self.setup.faults.losses.saturating_sub(1);
+                if self.link(node, port).is_empty() {
+                    self.transmit(node, port);
+                }
+                self.link(node, port).pop_front();
+            }
+            Action::Crash(node) => {
+                self.setup.faults.crashes = self.setup.faults.crashes.saturating_sub(1);
+                self.dead[usize::from(node)] = true;
+            }
+            Action::Expire(node, timer) => {
+                self.nodes[usize::from(node)].expire(timer);
+                self.poll(node);
+            }
+            Action::Early(node, timer) => {
+                self.setup.faults.early = self.setup.faults.early.saturating_sub(1);
+                self.nodes[usize::from(node)].expire(timer);
+                self.poll(node);
+            }
+            Action::Remind => {
+                self.remind();
             }
             Action::Wait => {
                 // Lost packets and credit heal on a timer.
@@ -260,35 +399,91 @@ impl<'a> World<'a> {
                 self.now = self.deadline().min(heals).max(self.now);
             }
         }
+        if self.setup.fused {
+            self.settle();
+        }
+    }
+
+    /// What does not wait: credit without data, and the host.
+    fn settle(&mut self) {
+        loop {
+            let host = self.nodes.len() as u16;
+            if self.can_poll(host) {
+                self.poll(host);
+                continue;
+            }
+            let mut ports = (0..=host)
+                .flat_map(|node| {
+                    (0..self.links[usize::from(node)].len() as u16).map(move |port| (node, port))
+                })
+                .collect::<Vec<_>>()
+                .into_iter();
+            let control = ports.find(|&(node, port)| self.router(node).would_tell(Port(port)));
+            let Some((node, port)) = control else { break };
+            self.transmit(node, port);
+            self.deliver(node, port, true);
+        }
+    }
+
+    fn transmit(&mut self, node: u16, port: u16) {
+        let mut room = [0; 4096];
+        let before = Channel::ALL.map(|channel| self.router(node).room(channel));
+        let Some(len) = self.router(node).transmit(Port(port), &mut room) else { return };
+        let after = Channel::ALL.map(|channel| self.router(node).room(channel));
+        if after != before {
+            // Room to send: the node may go on.
+            self.wake(node);
+        }
+        self.link(node, port).push_back(room[..len].to_vec());
+    }
+
+    fn wake(&mut self, node: u16) {
+        if let Some(next) = self.next.get_mut(usize::from(node)) {
+            *next = Next::Now;
+        }
     }
 
     fn deliver(&mut self, node: u16, port: u16, takes: bool) {
         let (from, port) = (self.id(node), Port(port));
         let far = self.mesh.neighbour(from, port).unwrap();
         let back = self.mesh.reverse(from, port).unwrap();
-        let link = &mut self.links[usize::from(node)][usize::from(port.0)];
+        let link = self.link(node, port.0);
         let packet = if takes { link.pop_front() } else { link.front().cloned() }.unwrap();
-        let index = self.index(far) as u16;
-        let received = self.router(index).receive(back, &packet, |_| false);
-        if let Some(next) = self.next.get_mut(usize::from(index)) {
-            *next = Next::Now;
+        let index = self.index(far);
+        let flat = self.setup.broken == Some(Broken::NoDateline);
+        let router = self.router(index);
+        let received = router.receive(back, &packet, |_| false);
+        if flat {
+            router.flatten();
+        }
+        if Channel::ALL.iter().any(|&channel| router.arrived(channel).is_some()) {
+            self.wake(index);
         }
         assert_ne!(received, Received::Bad, "{:?}", PacketHeader::split(&packet));
     }
 
     fn poll(&mut self, node: u16) {
         let now = self.now;
-        if self.dead.get(usize::from(node)) == Some(&true) {
+        if self.is_dead(node) {
             // Its router drops what is for it.
             for channel in Channel::ALL {
                 self.router(node).consume(channel);
             }
             return;
         }
+        let flat = self.setup.broken == Some(Broken::NoDateline);
         if let Some(actor) = self.nodes.get_mut(usize::from(node)) {
             self.next[usize::from(node)] = actor.poll(now).next;
+            actor.check_invariants();
+            if flat {
+                actor.router().flatten();
+            }
             return;
         }
+        self.poll_host();
+    }
+
+    fn poll_host(&mut self) {
         self.host.consume(Channel::Reply);
         let Some((from, bytes)) = self.host.arrived(Channel::Request) else { return };
         if self.host.room(Channel::Reply) == 0 {
@@ -297,27 +492,33 @@ impl<'a> World<'a> {
         let mut out = [0; 256];
         let mut len = 0;
         for message in Items::new(bytes) {
-            let tiles = self.setup.toy.tiles;
             let reply = match message {
                 Message::Ask { number, count } => {
-                    // Fresh tiles first, then any that is not there yet.
-                    let count = count.min(tiles - self.given.min(tiles));
-                    let (first, count) = if count > 0 {
+                    let asker = &mut self.grants[usize::from(from.0)];
+                    if asker[0] != number {
+                        let tiles = self.setup.toy.tiles;
+                        // Fresh tiles first, then any that is not there yet.
+                        let count = count.min(tiles - self.given.min(tiles));
+                        let missing = self.sums.iter().position(Option::is_none);
+                        let late = if self.setup.timed {
+                            self.now.0 > 1 << 22
+                        } else {
+                            self.dead.contains(&true)
+                        };
+                        *asker = match missing.filter(|_| late) {
+                            _ if count > 0 => [number, self.given, count],
+                            Some(tile) => [number, tile as u32, 1],
+                            None => [number, 0, 0],
+                        };
                         self.given += count;
-                        (self.given - count, count)
-                    } else {
-                        match self.sums.iter().position(Option::is_none) {
-                            Some(tile) if now.0 > 1 << 22 => (tile as u32, 1),
-                            _ => (0, 0),
-                        }
-                    };
+                    }
+                    let [number, first, count] = *asker;
                     Message::Grant { number, first, count, wait: 1 << 12 }
                 }
                 Message::Pixels { tile, first: 0, sums } => {
                     let sum: Sum = bytemuck::pod_read_unaligned(sums);
-                    let place = &mut self.sums[tile as usize];
-                    assert!(place.is_none_or(|before| before == sum), "two sums of a tile");
-                    *place = Some(sum);
+                    self.wrong |= sum != self.setup.toy.expected(tile);
+                    self.sums[tile as usize] = Some(sum);
                     Message::Accepted { tile }
                 }
                 Message::Lost { block } => {
@@ -332,5 +533,83 @@ impl<'a> World<'a> {
         if len > 0 {
             self.host.inject(from, Channel::Reply, 3, &out[..len]).unwrap();
         }
+        if self.setup.broken == Some(Broken::NoDateline) {
+            self.host.flatten();
+        }
+    }
+
+    /// Writes or reads all of it; what behaves alike is made alike before.
+    pub(super) fn snapshot(&mut self, s: &mut Snapshot) {
+        self.rebase();
+        let faults = &mut self.setup.faults;
+        for left in [&mut faults.losses, &mut faults.crashes, &mut faults.early] {
+            s.pod(left);
+        }
+        for at in 0..self.nodes.len() {
+            let mut ready = self.next[at] == Next::Now;
+            s.bool(&mut ready);
+            let (until, lack) = (Time::NEVER, Lack::Tiles);
+            self.next[at] = if ready { Next::Now } else { Next::Wait { until, lack } };
+            s.bool(&mut self.dead[at]);
+            match self.dead[at] {
+                true => self.nodes[at].router().snapshot(s),
+                false => self.nodes[at].snapshot(s),
+            }
+        }
+        self.host.snapshot(s);
+        for link in self.links.iter_mut().flatten() {
+            let mut packets = Vec::from(core::mem::take(link));
+            s.list(&mut packets, |s, packet| s.list(packet, Snapshot::pod));
+            *link = packets.into();
+        }
+        s.pod(&mut self.given);
+        s.all(self.grants.as_flattened_mut());
+        for sum in &mut self.sums {
+            let mut known = sum.is_some();
+            let mut value = sum.unwrap_or(Sum::ZERO);
+            s.bool(&mut known);
+            s.pod(&mut value);
+            *sum = known.then_some(value);
+        }
+        s.bool(&mut self.wrong);
+        let mut lost = self.lost.map_or(0, |block| block + 1);
+        s.pod(&mut lost);
+        self.lost = lost.checked_sub(1);
+    }
+
+    /// Counts the packets of each link and lane from the last that has arrived.
+    fn rebase(&mut self) {
+        for node in 0..=self.nodes.len() as u16 {
+            for port in 0..self.links[usize::from(node)].len() as u16 {
+                let from = self.id(node);
+                let Some(far) = self.mesh.neighbour(from, Port(port)) else { continue };
+                let back = self.mesh.reverse(from, Port(port)).unwrap();
+                let far = self.index(far);
+                let seen = self.router(far).seen(back);
+                if seen == [0; LANES] {
+                    continue;
+                }
+                self.router(node).rebase(Port(port), seen, [0; LANES]);
+                self.router(far).rebase(back, [0; LANES], seen);
+                let shift =
+                    |packet: &mut Vec<u8>, on: fn(&mut PacketHeader) -> &mut [u16; LANES]| {
+                        let header = &mut packet[..PacketHeader::BYTES];
+                        let mut read: PacketHeader = bytemuck::pod_read_unaligned(header);
+                        for (number, by) in on(&mut read).iter_mut().zip(seen) {
+                            *number = number.wrapping_sub(by);
+                        }
+                        header.copy_from_slice(bytemuck::bytes_of(&read));
+                    };
+                self.link(node, port).iter_mut().for_each(|p| shift(p, |header| &mut header.sent));
+                self.link(far, back.0)
+                    .iter_mut()
+                    .for_each(|p| shift(p, |header| &mut header.limits));
+            }
+        }
+    }
+
+    /// What the nodes hold, in words.
+    pub(super) fn summary(&self) -> Vec<String> {
+        self.nodes.iter().map(Node::summary).collect()
     }
 }

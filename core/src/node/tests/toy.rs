@@ -23,6 +23,7 @@ pub(super) struct Toy {
     /// Shadow rays of a point.
     pub(super) shadows: u32,
     pub(super) block_bytes: usize,
+    pub(super) seed: u32,
 }
 
 fn hash(x: u64) -> u64 {
@@ -54,8 +55,8 @@ impl Toy {
         PathRay::new(&ray, &Path { depth, ..Path::camera(key) }, 0)
     }
 
-    fn key(tile: u32) -> PathKey {
-        PathKey::camera(5, tile, 0)
+    fn key(&self, tile: u32) -> PathKey {
+        PathKey::camera(self.seed.into(), tile, 0)
     }
 
     fn children_of(&self, ray: &PathRay) -> [Option<PathRay>; 2] {
@@ -89,7 +90,7 @@ impl Toy {
     /// What a tile must come to.
     pub(super) fn expected(&self, tile: u32) -> Sum {
         let mut sum = Sum::ZERO;
-        let mut rays = vec![Self::ray(Self::key(tile), 0)];
+        let mut rays = vec![Self::ray(self.key(tile), 0)];
         while let Some(ray) = rays.pop() {
             sum.add(Self::light(ray.key()));
             for j in 0..self.shadows {
@@ -134,7 +135,7 @@ impl World for Toy {
 
     fn camera(&self, tile: u32, next: &mut [u32; 3]) -> Option<PathRay> {
         let first = core::mem::replace(&mut next[0], 1) == 0;
-        (first && tile < self.tiles).then(|| Self::ray(Self::key(tile), 0))
+        (first && tile < self.tiles).then(|| Self::ray(self.key(tile), 0))
     }
 
     fn closest<S: BlockSource<Error = Missing>>(

@@ -1,0 +1,79 @@
+//! The state of a router, for checkers of the mesh.
+
+use super::super::packet::LANES;
+use super::{Channel, Port, Router};
+use crate::protocol::Items;
+use crate::snapshot::Snapshot;
+
+impl Router<'_> {
+    /// All packets and credit. The packets lie at the front of their queues afterwards.
+    pub(crate) fn snapshot(&mut self, snapshot: &mut Snapshot) {
+        assert!(!self.holds && self.held == [0; 2]);
+        for queue in 0..self.size.queues() {
+            while !snapshot.reads() && self.memory.fifos[queue].first > 0 {
+                self.turn_round(queue);
+            }
+            let fifo = &mut self.memory.fifos[queue];
+            (fifo.first, fifo.peak) = (0, 0);
+            snapshot.pod(&mut fifo.len);
+            for place in 0..usize::from(fifo.len) {
+                let (at, begin) = (self.slot(queue, place), self.bytes_at(queue, place));
+                let slot = &mut self.memory.slots[at];
+                snapshot.pod(slot);
+                snapshot.bytes(&mut self.memory.bytes[begin..begin + usize::from(slot.len)]);
+            }
+            self.note_head(queue);
+        }
+        (self.changed, self.news) = (0, false);
+        snapshot.all(self.memory.ports);
+    }
+
+    /// Puts the places of a queue one further.
+    fn turn_round(&mut self, queue: usize) {
+        let depth = usize::from(self.size.depth);
+        let (slots, bytes) = (self.slot(queue, 0), self.bytes_at(queue, 0));
+        let payload = usize::from(self.size.payload);
+        self.memory.slots[slots..slots + depth].rotate_left(1);
+        self.memory.bytes[bytes..bytes + depth * payload].rotate_left(payload);
+        self.memory.fifos[queue].first -= 1;
+    }
+
+    /// By how much each lane of a port has counted what came.
+    pub(crate) fn seen(&self, port: Port) -> [u16; LANES] {
+        self.memory.ports[usize::from(port.0)].receivers.map(|receiver| receiver.seen())
+    }
+
+    /// Takes so much off the numbers of packets that leave by a port, and come by it.
+    pub(crate) fn rebase(&mut self, port: Port, leave: [u16; LANES], come: [u16; LANES]) {
+        for lane in 0..LANES {
+            self.memory.ports[usize::from(port.0)].rebase(lane, leave[lane], come[lane]);
+        }
+    }
+
+    /// Whether no packet is here and all credit is.
+    pub(crate) fn is_idle(&self) -> bool {
+        self.buffered() == 0 && !self.is_credit_out()
+    }
+
+    /// Whether credit has not come back, apart from that of buffers at ports without a link.
+    pub(crate) fn is_credit_out(&self) -> bool {
+        let ports = self.memory.ports.iter().take(self.size.ports.into());
+        ports.flat_map(|port| &port.senders).any(|sender| sender.available() < self.size.depth)
+    }
+
+    /// Whether what leaves by a port next is credit without data.
+    pub(crate) fn would_tell(&self, port: Port) -> bool {
+        self.would_transmit(port) && self.next_for(port).is_none()
+    }
+
+    /// The channel of the messages at the head of a queue.
+    pub(super) fn kind_at_head(&self, queue: usize) -> Option<Channel> {
+        Some(Items::new(self.head(queue)?.1).next()?.channel())
+    }
+
+    /// Breaks the second rule: all packets take lanes of class 1.
+    pub(crate) fn flatten(&mut self) {
+        self.memory.slots.iter_mut().for_each(|slot| slot.class = self.size.classes - 1);
+        (0..self.size.queues()).for_each(|queue| self.note_head(queue));
+    }
+}

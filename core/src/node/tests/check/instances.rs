@@ -1,0 +1,89 @@
+//! What is searched in full: small meshes with one packet to a buffer and the least memory.
+
+use super::super::mesh::{Faults, Setup};
+use super::super::toy::Toy;
+use super::super::{SCHEDULES, setup};
+use super::{describe, explore};
+use crate::node::Schedule;
+
+/// States that a search in the suite may have. `KILORAY_CHECK=1000000` looks further than the suite has time for.
+fn most() -> usize {
+    std::env::var("KILORAY_CHECK").ok().and_then(|most| most.parse().ok()).unwrap_or(20_000)
+}
+
+/// One shadow ray per point, blocks in one piece, a block of each node's own.
+pub(super) fn mesh(topology: (&str, u32), tiles: u32, splits: u32, schedule: Schedule) -> Setup {
+    let blocks = topology.1 + 1;
+    let toy = Toy { tiles, blocks, way: 3, splits, tail: 0, shadows: 1, block_bytes: 64, seed: 5 };
+    setup(topology, schedule, toy)
+}
+
+/// Searches in full, or as far as there is time, and finds no flaw.
+fn holds(setup: &Setup) {
+    let found = explore(setup, most());
+    let Setup { topology, schedule, faults, .. } = setup;
+    let Toy { tiles, splits, .. } = setup.toy;
+    println!(
+        "{topology:?}, {schedule:?}, {tiles} tiles, {splits} splits, {faults:?}: {} states, {} steps, at most {} deep{}",
+        found.states,
+        found.steps,
+        found.depth,
+        if found.is_full { "" } else { ", not in full" },
+    );
+    assert!(found.flaw.is_none(), "{}", describe(setup, &found));
+}
+
+fn all_hold(topology: (&str, u32), tiles: u32, splits: u32, faults: Faults) {
+    for schedule in SCHEDULES {
+        let replicas = 1 + u16::from(faults.crashes);
+        let setup = mesh(topology, tiles, splits, schedule);
+        holds(&Setup { faults, replicas, ..setup });
+    }
+}
+
+#[test]
+fn every_run_ends_and_leaves_nothing() {
+    for (tiles, splits) in [(1, 0), (1, 1), (1, 2), (2, 0), (2, 1), (3, 0), (3, 1)] {
+        all_hold(("line", 2), tiles, splits, Faults::default());
+    }
+    for (tiles, splits) in [(1, 0), (1, 1)] {
+        all_hold(("ring", 3), tiles, splits, Faults::default());
+    }
+    if most() > 20_000 {
+        for (topology, tiles, splits) in
+            [(("line", 2), 2, 2), (("line", 3), 2, 1), (("ring", 3), 2, 1), (("mesh:2x2", 4), 1, 1)]
+        {
+            all_hold(topology, tiles, splits, Faults::default());
+        }
+    }
+}
+
+/// A frame that others wait for comes free by a shadow ray's last look at its block: nothing else happens.
+#[test]
+fn who_waits_for_a_frame_goes_on_when_it_is_used() {
+    holds(&mesh(("ring", 3), 1, 2, Schedule::Demand));
+}
+
+#[test]
+fn a_loss_a_crash_or_an_early_time_limit_costs_time_only() {
+    let none = Faults::default();
+    for faults in [
+        Faults { losses: 1, ..none },
+        Faults { crashes: 1, ..none },
+        Faults { early: 1, ..none },
+        Faults { losses: 1, early: 1, ..none },
+        Faults { losses: 1, crashes: 1, ..none },
+        Faults { crashes: 1, early: 1, ..none },
+    ] {
+        for (tiles, splits) in [(1, 1), (2, 0)] {
+            all_hold(("line", 2), tiles, splits, faults);
+        }
+        if most() > 20_000 {
+            for (topology, tiles, splits) in
+                [(("line", 2), 1, 2), (("line", 2), 2, 1), (("ring", 3), 1, 1)]
+            {
+                all_hold(topology, tiles, splits, faults);
+            }
+        }
+    }
+}

@@ -1,0 +1,161 @@
+//! The state of a node as a checker sees it: without what only counts, and with times that have passed or have not.
+
+use super::super::rays::{REFUSED, ticks};
+use super::super::slots::{RootState, Stage};
+use super::super::{Counts, Node, Time, World};
+use crate::snapshot::Snapshot;
+use std::vec::Vec;
+
+/// The time at which all happens.
+pub(super) const NOW: Time = Time(1 << 40);
+/// Time limits that have not passed.
+pub(super) const LATER: Time = Time(1 << 41);
+
+/// A time limit of a node.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub(super) enum Timer {
+    /// Of a ray that is away.
+    Ray(u16),
+    /// Of one that was refused.
+    Refused(u16),
+    Fetch(u16),
+    /// Of a tile that the host has not acknowledged.
+    Tile(u16),
+    /// Of its request for tiles.
+    Ask,
+    /// Of its wait for new ones.
+    Dry,
+}
+
+impl<W: World> Node<'_, W> {
+    /// Writes or reads its state; what behaves alike is made alike before.
+    pub(super) fn snapshot(&mut self, s: &mut Snapshot) {
+        let most = self.settings.refusals.saturating_add(1);
+        for slot in self.rays.iter_mut() {
+            if slot.stage() == Stage::Away {
+                slot.sent = ticks(NOW);
+                slot.limit = if slot.limit == u32::MAX { u32::MAX } else { 1 };
+                slot.refusals = slot.refusals.min(most);
+            } else {
+                (slot.sent, slot.limit, slot.sent_to) = (0, 0, 0);
+            }
+            s.pod(slot);
+        }
+        s.len(&mut self.free_len);
+        s.all(&mut self.free[..self.free_len]);
+        self.ready.snapshot(s);
+        s.len(&mut self.fresh);
+        s.len(&mut self.parked);
+        let (fresh, parked) = (self.fresh, self.shadows.len() - self.parked);
+        s.all(&mut self.shadows[..fresh]);
+        s.all(&mut self.shadows[parked..]);
+        s.bool(&mut self.draining);
+        s.bool(&mut self.starved);
+        for root in self.roots.iter_mut() {
+            root.deadline = match root.state() {
+                RootState::Opening => NOW.0,
+                RootState::Sent => LATER.0,
+                _ => 0,
+            };
+            s.pod(root);
+        }
+        self.tiles.snapshot(s, NOW, LATER);
+        for at in (0..self.tiles.len()).filter(|&at| self.roots[at].state() == RootState::Free) {
+            let pixels = self.sums.len() / self.tiles.len();
+            self.sums[at * pixels..][..pixels].fill(crate::shade::Sum::ZERO);
+        }
+        s.all(self.sums);
+        for fetch in self.fetches.iter_mut() {
+            if fetch.state == 0 {
+                *fetch = bytemuck::Zeroable::zeroed();
+            } else {
+                if let (false, [0, ..], Some(bytes)) =
+                    (s.reads(), fetch.pieces, self.blocks.cache.incoming(fetch.block))
+                {
+                    bytes.fill(0);
+                }
+                fetch.begun = ticks(NOW);
+                fetch.deadline = if fetch.state == 2 { LATER.0 } else { 0 };
+            }
+            s.pod(fetch);
+        }
+        self.outbox.snapshot(s, NOW);
+        if !s.reads() {
+            self.inbox.copy_within(self.inbox_at..self.inbox_len, 0);
+            (self.inbox_at, self.inbox_len) = (0, self.inbox_len - self.inbox_at);
+            if self.inbox_len == 0 {
+                self.inbox_from.0 = 0;
+            }
+        }
+        self.inbox_at = 0;
+        s.len(&mut self.inbox_len);
+        s.bytes(&mut self.inbox[..self.inbox_len]);
+        s.pod(&mut self.inbox_from.0);
+        let mut serving = self
+            .serving
+            .map_or([0; 3], |(to, block, offset)| [u32::from(to.0) + 1, block, offset as u32]);
+        s.pod(&mut serving);
+        let [to, block, offset] = serving;
+        self.serving =
+            to.checked_sub(1).map(|to| (crate::network::NodeId(to as u16), block, offset as usize));
+        if self.settings.placement.copies() == 1 {
+            // It changes nothing whom they suspect.
+            self.suspects.fill(u16::MAX);
+        }
+        self.suspects.sort_unstable();
+        s.all(&mut self.suspects);
+        let mut lost = self.lost.map_or(0, |block| block + 1);
+        s.pod(&mut lost);
+        self.lost = lost.checked_sub(1);
+        self.blocks.cache.snapshot(s);
+        self.router.snapshot(s);
+        (self.fetch_time, self.ray_time, self.next_deadline) = (0, 0, LATER);
+        self.counts = Counts::default();
+        self.work = super::super::Work::default();
+    }
+
+    /// Its time limits.
+    pub(super) fn timers(&mut self) -> Vec<Timer> {
+        let mut timers = Vec::new();
+        for (slot, at) in self.rays.iter().zip(0..) {
+            if slot.stage() != Stage::Away || slot.limit == u32::MAX {
+                continue;
+            }
+            let refused = slot.sent_to == REFUSED;
+            timers.push(if refused { Timer::Refused(at) } else { Timer::Ray(at) });
+        }
+        let sent = self.fetches.iter().zip(0..).filter(|(fetch, _)| fetch.state == 2);
+        timers.extend(sent.map(|(_, at)| Timer::Fetch(at)));
+        let tiles = self.roots.iter().zip(0..).filter(|(root, _)| root.state() == RootState::Sent);
+        timers.extend(tiles.map(|(_, at)| Timer::Tile(at)));
+        let (asks, dry) = self.tiles.waits(NOW);
+        timers.extend(asks.then_some(Timer::Ask));
+        timers.extend(dry.then_some(Timer::Dry));
+        timers
+    }
+
+    /// Makes a time limit pass.
+    pub(super) fn expire(&mut self, timer: Timer) {
+        match timer {
+            Timer::Ray(at) | Timer::Refused(at) => self.rays[usize::from(at)].limit = 0,
+            Timer::Fetch(at) => self.fetches[usize::from(at)].deadline = NOW.0,
+            Timer::Tile(at) => self.roots[usize::from(at)].deadline = NOW.0,
+            Timer::Ask | Timer::Dry => self.tiles.expire(timer == Timer::Ask, NOW),
+        }
+        self.next_deadline = NOW;
+    }
+
+    /// Whether nothing is left in it.
+    pub(super) fn is_empty(&self) -> bool {
+        self.free_len == self.rays.len()
+            && self.ready.is_empty()
+            && self.fresh == 0
+            && self.parked == 0
+            && self.roots.iter().all(|root| root.state() == RootState::Free)
+            && self.fetches.iter().all(|fetch| fetch.state == 0)
+            && self.outbox.is_empty()
+            && self.inbox_at >= self.inbox_len
+            && self.serving.is_none()
+            && self.router.is_idle()
+    }
+}
