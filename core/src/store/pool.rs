@@ -34,7 +34,7 @@ impl<'a, T: Copy> Pool<'a, T> {
             (Some(items), Some(next)) => (items, next),
             _ => (<&mut [T]>::default(), <&mut [Slot]>::default()),
         };
-        for (slot, link) in (1..).zip(next.iter_mut()) {
+        for (slot, link) in (1..=u16::MAX).zip(next.iter_mut()) {
             *link = Slot(slot);
         }
         if let Some(last) = next.last_mut() {
@@ -157,6 +157,18 @@ mod tests {
                 }
             }
         }
+    }
+
+    #[test]
+    fn the_greatest_pool_hands_out_every_slot_once() {
+        let mut items = vec![0_u16; 70_000];
+        let mut next = vec![Slot::NONE; 70_000];
+        let mut pool = Pool::new(&mut items, &mut next);
+        assert_eq!(pool.capacity(), 65_535);
+        for slot in 0..u16::MAX {
+            assert_eq!(pool.acquire(slot, 0), Some(Slot(slot)));
+        }
+        assert_eq!(pool.acquire(0, 0), None);
     }
 
     #[test]
