@@ -8,7 +8,8 @@ use kiloray_core::store::Chunk;
 use kiloray_core::trace::Cursor;
 use semihosting::{println, process};
 
-use crate::picture::{self, Pixels};
+use crate::engine::{BESIDE_BYTES, render};
+use crate::picture::{self, Done, Pixels};
 use crate::{rays, scene, stack};
 
 /// All memory that rendering uses.
@@ -17,8 +18,9 @@ const ARENA_BYTES: usize = 64 << 10;
 #[cfg(not(feature = "mps2"))]
 const ARENA_BYTES: usize = 16 << 10;
 
-static ARENA: Mutex<RefCell<[Chunk; ARENA_BYTES / size_of::<Chunk>()]>> =
-    Mutex::new(RefCell::new([Chunk::ZERO; ARENA_BYTES / size_of::<Chunk>()]));
+const CHUNKS: usize = (BESIDE_BYTES + ARENA_BYTES) / size_of::<Chunk>();
+
+static ARENA: Mutex<RefCell<[Chunk; CHUNKS]>> = Mutex::new(RefCell::new([Chunk::ZERO; CHUNKS]));
 /// The picture is no part of the arena: a node sends its tiles to a host.
 static PIXELS: Mutex<RefCell<Pixels>> = Mutex::new(RefCell::new(picture::BLACK));
 
@@ -53,7 +55,7 @@ fn trace(file: &KiloView<'_>) {
 
 #[inline(never)]
 fn draw(file: &KiloView<'_>, memory: &mut [Chunk], pixels: &mut Pixels) {
-    let (counts, budget) = match picture::render(file, memory, pixels) {
+    let Done { counts, budget } = match render(file, memory, pixels) {
         Ok(done) => done,
         Err(error) => fail("picture", &error),
     };

@@ -5,6 +5,11 @@
 
 #[cfg(target_os = "none")]
 mod board;
+#[cfg_attr(feature = "node", path = "node.rs")]
+#[cfg_attr(not(feature = "node"), path = "renderer.rs")]
+mod engine;
+#[cfg(feature = "node")]
+mod host;
 mod picture;
 mod rays;
 #[cfg(target_os = "none")]
@@ -23,9 +28,11 @@ fn main() {
     file.check_blocks().expect("sound blocks");
     let hits = rays::trace(&file, &mut kiloray_core::trace::Cursor::new()).expect("rays");
     println!("rays {}, hits {}, hash {:08x}", hits.rays, hits.hits, hits.hash);
-    let mut memory = vec![kiloray_core::store::Chunk::ZERO; 1024];
+    let mut memory = vec![kiloray_core::store::Chunk::ZERO; 1088];
     let mut pixels = picture::BLACK;
-    let (counts, _) = picture::render(&file, &mut memory, &mut pixels).expect("a picture");
+    let picture::Done { counts, budget } =
+        engine::render(&file, &mut memory, &mut pixels).expect("a picture");
     println!("image_hash {}", picture::hash(&pixels));
     println!("rays {} primary, {} shadow", counts.primary, counts.shadow);
+    println!("arena {} of {} bytes used", budget.peak_bytes(), budget.memory());
 }

@@ -454,7 +454,7 @@ impl<W: World> Node<'_, W> {
         let first = self.fresh.saturating_sub(count);
         let Self { world, blocks, work, shadows, .. } = self;
         let bundle = shadows.get(first..self.fresh).unwrap_or_default();
-        let clear = world.is_clear(blocks, &mut bundle.iter().map(|slot| slot.shadow), work);
+        let clear = world.is_clear(blocks, bundle.iter().map(|slot| &slot.shadow), work);
         let traced = &mut self.counts.shade;
         let kind = if clear { &mut traced.shadow_clear } else { &mut traced.shadow };
         *kind = kind.saturating_add(count as u64);

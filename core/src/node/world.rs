@@ -44,10 +44,10 @@ pub trait World {
     ) -> Traced;
 
     /// Whether nothing is in the way of a bundle of shadow rays to one light. `false` says nothing.
-    fn is_clear<S: BlockSource<Error = Missing>>(
+    fn is_clear<'r, S: BlockSource<Error = Missing>>(
         &mut self,
         source: &mut S,
-        rays: &mut dyn Iterator<Item = Shadow>,
+        rays: impl ExactSizeIterator<Item = &'r Shadow> + Clone,
         work: &mut Work,
     ) -> bool;
 
@@ -244,10 +244,10 @@ impl<T: Tracer> World for Picture<'_, T> {
         traced
     }
 
-    fn is_clear<S: BlockSource<Error = Missing>>(
+    fn is_clear<'r, S: BlockSource<Error = Missing>>(
         &mut self,
         source: &mut S,
-        rays: &mut dyn Iterator<Item = Shadow>,
+        rays: impl ExactSizeIterator<Item = &'r Shadow> + Clone,
         work: &mut Work,
     ) -> bool {
         // A search that leads nowhere costs; where many did, only some bundles are asked. It decides about time only.
@@ -255,10 +255,7 @@ impl<T: Tracer> World for Picture<'_, T> {
         if self.trust == 0 && !self.asked.is_multiple_of(16) {
             return false;
         }
-        let mut room = [Shadow::NONE; BUNDLE];
-        let count = room.iter_mut().zip(rays).map(|(place, ray)| *place = ray).count();
-        let rays = room.get(..count).unwrap_or_default();
-        let light = rays.first().map_or(u32::MAX, |ray| ray.source);
+        let light = rays.clone().next().map_or(u32::MAX, |ray| ray.source);
         let Some(light) = self.shader.tables().lights.get(light as usize) else { return false };
         work.clips = work.clips.saturating_add(1);
         let clear = is_clear(rays, light, source);

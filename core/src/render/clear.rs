@@ -23,19 +23,23 @@ const RAYS_MIN: usize = 8;
 /// [`SurfacePoint::spawn`](crate::geometry::SurfacePoint::spawn), which holds for any triangle: the line of a ray that passes
 /// the test comes within `TRIANGLE_ERROR * R` of it at a `t` that is less than zero here. It is checked for each
 /// ray, in f64, where the rounding is 2⁻²⁹ of that.
-pub(crate) fn is_clear<S: BlockSource>(rays: &[Shadow], light: &Light, source: &mut S) -> bool {
+pub(crate) fn is_clear<'a, S: BlockSource>(
+    rays: impl ExactSizeIterator<Item = &'a Shadow> + Clone,
+    light: &Light,
+    source: &mut S,
+) -> bool {
     if rays.len() < RAYS_MIN {
         return false;
     }
-    let from = rays.iter().fold(Aabb::EMPTY, |from, ray| from.with(ray.ray().origin));
+    let from = rays.clone().fold(Aabb::EMPTY, |from, ray| from.with(ray.ray().origin));
     let pyramid = Pyramid::to_light(&from, light);
     let mut search = Search { pyramid, rays, boxes: 0 };
     search.run(source).unwrap_or(false)
 }
 
-struct Search<'a> {
+struct Search<R> {
     pyramid: Pyramid,
-    rays: &'a [Shadow],
+    rays: R,
     boxes: u32,
 }
 
@@ -57,7 +61,7 @@ enum Leave {
     Answer(bool),
 }
 
-impl Search<'_> {
+impl<'a, R: Iterator<Item = &'a Shadow> + Clone> Search<R> {
     /// The answer; `None` if a block cannot be had or is not sound, which tracing will find out.
     fn run<S: BlockSource>(&mut self, source: &mut S) -> Option<bool> {
         let root = Level { block: 0, node: 0, next: 0, planes: Planes::ALL };
@@ -144,7 +148,7 @@ impl Search<'_> {
         let length = libm::sqrt(normal.length_squared());
         let error = f64::from(PreparedRay::TRIANGLE_ERROR) * 1.01;
         length > 0.0
-            && self.rays.iter().all(|shadow| {
+            && self.rays.clone().all(|shadow| {
                 let ray = shadow.ray();
                 let o = ray.origin.as_dvec3();
                 let far = (v0 - o).abs().max((v1 - o).abs()).max((v2 - o).abs()).max_element();

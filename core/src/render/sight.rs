@@ -51,7 +51,7 @@ impl<T: Tracer, S: BlockSource> Sight<T, S> {
         if self.trust == 0 && !self.asked.is_multiple_of(16) {
             return false;
         }
-        let clear = is_clear(rays, light, &mut self.source);
+        let clear = is_clear(rays.iter(), light, &mut self.source);
         self.trust = if clear { TRUST_MAX } else { self.trust.saturating_sub(1) };
         clear
     }

@@ -117,16 +117,6 @@ pub struct Shadow {
 }
 
 impl Shadow {
-    /// None: it hits nothing and brings nothing.
-    pub const NONE: Self = Self {
-        origin: [0.0; 3],
-        direction: [0.0; 3],
-        t_max: 0.0,
-        light: [0.0; 3],
-        source: 0,
-        pixel: 0,
-    };
-
     /// Packs a shadow ray to light `source`.
     #[must_use]
     pub fn new(shadow: &ShadowRay, source: u32, pixel: u16) -> Self {

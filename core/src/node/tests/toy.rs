@@ -160,10 +160,10 @@ impl World for Toy {
         self.walk(source, Self::shadow_key(ray.origin), trail)
     }
 
-    fn is_clear<S: BlockSource<Error = Missing>>(
+    fn is_clear<'r, S: BlockSource<Error = Missing>>(
         &mut self,
         _: &mut S,
-        _: &mut dyn Iterator<Item = Shadow>,
+        _: impl ExactSizeIterator<Item = &'r Shadow> + Clone,
         _: &mut Work,
     ) -> bool {
         false

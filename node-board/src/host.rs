@@ -1,0 +1,127 @@
+//! The host beside a mesh on the same board: it gives tiles, takes sums, and writes the pixels.
+
+use kiloray_core::network::{Channel, HOST, Mesh, Router, RouterMemory, RouterSize};
+use kiloray_core::protocol::{Items, Message, write};
+use kiloray_core::render::Tiling;
+use kiloray_core::shade::{Shader, Sum};
+use kiloray_core::store::{Arena, ArenaFull};
+
+use crate::picture::{Pixels, SIZE};
+
+/// Replies to a packet: none is longer than twice what it replies to, and few packets are full of short requests.
+const REPLIES_BYTES: usize = 64;
+
+/// The host of a mesh whose links lose nothing: then the pixels of a tile come once and in order.
+pub(crate) struct Host<'a> {
+    router: Router<'a>,
+    shader: Shader<'a>,
+    tiling: Tiling,
+    pixels: &'a mut Pixels,
+    /// Tiles that were given, and those that are there.
+    given: u32,
+    done: u32,
+    /// A block that no node has, or what else went wrong.
+    failed: bool,
+}
+
+impl<'a> Host<'a> {
+    /// A host with its packets in `arena`, as many and as long as `size` says.
+    pub(crate) fn new(
+        arena: &mut Arena<'a>,
+        mesh: Mesh,
+        size: RouterSize,
+        shader: Shader<'a>,
+        tiling: Tiling,
+        pixels: &'a mut Pixels,
+    ) -> Result<Self, ArenaFull> {
+        let memory = RouterMemory {
+            slots: arena.carve(size.slots())?,
+            fifos: arena.carve(size.queues())?,
+            ports: arena.carve(usize::from(size.ports))?,
+            bytes: arena.carve(size.bytes())?,
+        };
+        let short = ArenaFull { need: size.bytes(), have: 0 };
+        let router = Router::new(mesh, HOST, size, memory).ok_or(short)?;
+        Ok(Self { router, shader, tiling, pixels, given: 0, done: 0, failed: false })
+    }
+
+    /// Its end of the links.
+    pub(crate) const fn router(&mut self) -> &mut Router<'a> {
+        &mut self.router
+    }
+
+    /// Whether all pixels are there.
+    pub(crate) const fn is_complete(&self) -> bool {
+        self.done == self.tiling.len()
+    }
+
+    /// Whether they never will be.
+    pub(crate) const fn has_failed(&self) -> bool {
+        self.failed
+    }
+
+    /// Takes the requests that have arrived, as long as there is room to reply.
+    pub(crate) fn poll(&mut self) {
+        let Self { router, shader, tiling, pixels, given, done, failed } = self;
+        while router.room(Channel::Reply) > 0 {
+            let Some((from, payload)) = router.arrived(Channel::Request) else { return };
+            let mut replies = [0; REPLIES_BYTES];
+            let mut len = 0;
+            for message in Items::new(payload) {
+                let reply = match message {
+                    Message::Ask { number, count } => {
+                        let (first, count) = (*given, count.min(tiling.len() - *given));
+                        *given += count;
+                        Message::Grant { number, first, count, wait: 0 }
+                    }
+                    Message::Pixels { tile, first, sums } => {
+                        match enter(tiling, shader, pixels, (tile, first), sums) {
+                            Some(true) => {
+                                *done += 1;
+                                Message::Accepted { tile }
+                            }
+                            Some(false) => continue,
+                            None => {
+                                *failed = true;
+                                return;
+                            }
+                        }
+                    }
+                    _ => {
+                        *failed = true;
+                        return;
+                    }
+                };
+                match write(&mut replies, len, &reply) {
+                    Some(end) => len = end,
+                    None => *failed = true,
+                }
+            }
+            router.consume(Channel::Request);
+            let replies = replies.get(..len).unwrap_or_default();
+            *failed |= len > 0 && router.inject(from, Channel::Reply, 3, replies).is_err();
+        }
+    }
+}
+
+/// Writes a run of pixels of a tile: whether they are the tile's last. `None` if there is no such run.
+fn enter(
+    tiling: &Tiling,
+    shader: &Shader<'_>,
+    pixels: &mut Pixels,
+    (place, first): (u32, u32),
+    sums: &[u8],
+) -> Option<bool> {
+    let settings = shader.settings();
+    let tile = tiling.shuffled(place, settings.seed)?;
+    let mut next = first;
+    for sum in sums.as_chunks::<{ size_of::<Sum>() }>().0 {
+        let channels = sum.as_chunks::<8>().0;
+        let sum = Sum([0, 1, 2].map(|i| channels.get(i).map_or(0, |c| i64::from_le_bytes(*c))));
+        let (x, y) = (tile.x + next % tile.width, tile.y + next / tile.width);
+        let pixel = pixels.get_mut((y * SIZE + x) as usize)?;
+        *pixel = shader.unit().resolve(sum, settings.samples).to_array();
+        next += 1;
+    }
+    Some(next == tile.width * tile.height)
+}
