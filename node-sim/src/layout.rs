@@ -134,8 +134,7 @@ fn patience(link: &Link, profile: &Profile, packet: usize, mesh: &Mesh) -> Time 
     let across = u64::from(mesh.distance(HOST, mesh.topology().antipode()))
         + u64::from(mesh.topology().distance(NodeId(0), mesh.topology().antipode()));
     let way = across.saturating_mul(link.latency.saturating_add(link.duration(packet)));
-    let ray = profile.ray + 30.0 * profile.node + 10.0 * profile.leaf + profile.shading;
-    Time(way.saturating_mul(16).saturating_add((ray * 1000.0) as u64))
+    Time(way.saturating_mul(16).saturating_add((profile.typical_ray() * 1000.0) as u64))
 }
 
 /// How long messages wait for others to the same node: as long as a packet is on its way to the next.

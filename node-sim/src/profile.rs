@@ -3,6 +3,14 @@ use kiloray_core::node::Work;
 use crate::NodeTime;
 
 /// How long the operations of a node take on a machine \[ns\].
+///
+/// `pc` is measured: one core of the machine named at [`Profile::PC`], rendering some scenes with one thread, and the least squares of what a simulated
+/// node counts for the same pictures. The example `calibrate` does it on another machine.
+///
+/// The others are worked out, not measured: operations of the scalar code, counted in its source (`OPERATIONS`, with
+/// the early outs of an average visit), times what the machine's papers say of an operation. An emulator counts
+/// instructions, but does not know how long they take. Expect them to be right within a factor of two, and their ratios to each other and
+/// to the links better.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Profile {
     /// What it is called.
@@ -19,6 +27,8 @@ pub struct Profile {
     pub shadow_ray: f64,
     /// Shading a hit.
     pub shading: f64,
+    /// Estimating what a light brings to a hit: all lights are looked at.
+    pub light: f64,
     /// Making a shadow ray.
     pub light_sample: f64,
     /// Clipping a bundle.
@@ -32,29 +42,48 @@ pub struct Profile {
 }
 
 impl Profile {
-    /// One core of a present-day PC.
+    /// One core of a PC (AMD EPYC, AVX2), by the example `calibrate`; the time of a message is that of writing, routing and
+    /// reading a short one.
     pub const PC: Self = Self {
         name: "pc",
-        node: 10.0,
-        leaf: 15.0,
-        block: 20.0,
-        ray: 100.0,
-        shadow_ray: 60.0,
-        shading: 150.0,
-        light_sample: 60.0,
-        clip: 500.0,
+        node: 21.1,
+        leaf: 17.7,
+        block: 32.0,
+        ray: 133.0,
+        shadow_ray: 30.8,
+        shading: 229.0,
+        light: 12.2,
+        light_sample: 127.5,
+        clip: 762.0,
         message: 50.0,
-        copy: 0.1,
-        check: 0.5,
+        copy: 0.021,
+        check: 2.86,
     };
 
+    /// INMOS T800 at 20 MHz: 1.5 million floating-point operations and 10 million instructions a second (data sheet), with memory
+    /// off chip (330 ns a word, as in the transputer systems of the dissertation's time) a third slower.
+    pub const T800: Self = Machine { name: "t800", float: 667.0, other: 150.0 }.profile();
+
+    /// RP2350, a Cortex-M33 at 150 MHz: one cycle for a floating-point operation in single precision and one for its operand, one and a half for any
+    /// other instruction (loads take two, taken branches up to three); a fifth more, as code comes through a cache from serial flash.
+    pub const RP2350: Self = Machine { name: "rp2350", float: 16.0, other: 12.0 }.profile();
+
+    /// STM32F407, a Cortex-M4F at 168 MHz: cycles as for the M33 (technical reference manual, table of instructions), a tenth more for
+    /// flash with five wait states behind its accelerator.
+    pub const STM32F4: Self = Machine { name: "stm32f4", float: 13.1, other: 9.8 }.profile();
+
     /// All profiles.
-    pub const ALL: [Self; 1] = [Self::PC];
+    pub const ALL: [Self; 4] = [Self::PC, Self::T800, Self::RP2350, Self::STM32F4];
 
     /// The profile of this name.
     #[must_use]
     pub fn named(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|profile| profile.name == name)
+    }
+
+    /// The same in a scene of so many lights: they are a part of each hit.
+    pub(crate) fn with_lights(self, lights: usize) -> Self {
+        Self { shading: self.shading + self.light * lights as f64, ..self }
     }
 
     /// The time of an amount of work, by what it is, for a node that is slower by a factor.
@@ -78,5 +107,79 @@ impl Profile {
             checks: ns(&[(work.checked, self.check)]),
             ..NodeTime::default()
         }
+    }
+
+    /// Of one ray that is traced and shaded, with its part of shadow rays: what a node does between two looks at its messages is
+    /// some of these.
+    pub(crate) fn typical_ray(&self) -> f64 {
+        let traced = self.ray + 12.0 * self.node + 6.0 * self.leaf + 4.0 * self.block;
+        traced + self.shading + self.light_sample
+    }
+}
+
+/// A processor without lanes \[ns\].
+struct Machine {
+    name: &'static str,
+    /// A floating-point operation, with its operand.
+    float: f64,
+    /// Any other instruction.
+    other: f64,
+}
+
+impl Machine {
+    /// Floating-point operations and other instructions of each operation.
+    const fn profile(self) -> Profile {
+        let Self { name, float, other } = self;
+        Profile {
+            name,
+            // Six children, of which some are left after one or two axes: 8 and 5 for each axis; two are put on the stack.
+            node: 85.0 * float + 150.0 * other,
+            // Three triangles: 24 to shear the vertices, 9 for the signs, and some go on to their box.
+            leaf: 135.0 * float + 180.0 * other,
+            // The frame's scale and pad; the table of blocks.
+            block: 40.0 * float + 120.0 * other,
+            // Three reciprocals, shear, octants; the path is taken from its slot and put back.
+            ray: 100.0 * float + 200.0 * other,
+            shadow_ray: 100.0 * float + 150.0 * other,
+            // The point with the bounds of its error, the material, the specular rays.
+            shading: 350.0 * float + 500.0 * other,
+            // Scrambled numbers, a place on the light, the material's answer, the start beside the surface.
+            light: 60.0 * float + 60.0 * other,
+            light_sample: 150.0 * float + 150.0 * other,
+            // The hull of 64 rays, and some tens of boxes against its planes.
+            clip: 3000.0 * float + 3000.0 * other,
+            message: 400.0 * other,
+            // Three instructions for four bytes.
+            copy: 0.75 * other,
+            // A checksum by table: seven; and the look at what the bytes mean.
+            check: 8.0 * other,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_found() {
+        for profile in Profile::ALL {
+            assert_eq!(Profile::named(profile.name), Some(profile));
+        }
+        assert_eq!(Profile::named("abacus"), None);
+    }
+
+    #[test]
+    fn time_is_what_was_done_times_what_it_takes() {
+        let work = Work { nodes: 3, shadings: 2, copied: 1000, ..Work::default() };
+        let time = Profile { node: 10.0, shading: 7.0, copy: 0.5, ..Profile::PC }.time(&work, 2.0);
+        assert_eq!((time.trace, time.shade, time.copies), (60, 28, 1000));
+        assert_eq!(time.busy(), 1088);
+    }
+
+    #[test]
+    fn machines_keep_their_order() {
+        let [pc, t800, rp2350, stm32f4] = Profile::ALL.map(|profile| profile.typical_ray());
+        assert!(pc < stm32f4 && stm32f4 < rp2350 && rp2350 < t800);
     }
 }

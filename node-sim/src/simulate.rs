@@ -14,8 +14,7 @@ use crate::check::check;
 use crate::layout::Layout;
 use crate::run::{Actor, Run, RunSettings};
 use crate::{
-    Control, Error, Latencies, LineReport, MeshReport, NodeReport, Options, Outcome, Report,
-    Status, Totals,
+    Control, Error, LineReport, MeshReport, NodeReport, Options, Outcome, Report, Status, Totals,
 };
 
 /// Events after which the caller is told how far the run is.
@@ -72,10 +71,11 @@ pub fn simulate(
     let host = HostEnd::new(&mut host_arena, mesh, size, ledger.with_askers(layout.askers()))?;
     let settings = RunSettings {
         link: options.link,
-        profile: options.profile,
+        profile: options.profile.with_lights(file.lights().len()),
         faults: options.faults.clone(),
         seed: options.seed,
         packet: layout.packet(),
+        block_bytes: file.limits().block_bytes,
         trace: options.trace,
     };
     let mut run = Run::new(&mesh, nodes?, host, settings);
@@ -244,7 +244,7 @@ fn report<W: World>(
         virtual_ns: run.now,
         messages: totals.messages(),
         timeline: std::mem::take(&mut run.timeline).finish(run.now, mesh.nodes()),
-        latencies: Latencies::default(),
+        latencies: run.watch.latencies(),
         faults: std::mem::take(&mut run.faults),
         totals,
         trace: std::mem::take(&mut run.trace),

@@ -143,6 +143,13 @@ fn accounts_balance() {
     }
     assert!(report.links.iter().all(|link| link.busy_ns <= report.virtual_ns + 1_000_000));
     assert!(report.links.iter().all(|link| link.buffers_peak <= link.buffers));
+    let latencies = &report.latencies;
+    let fetched = report.totals.counts.cache.fetched;
+    assert!(latencies.fetch.count > 0 && latencies.fetch.count <= fetched);
+    assert!(latencies.ray.count > 0 && latencies.ray.count <= report.totals.counts.migrated);
+    // There and back over a link at least.
+    assert!(latencies.fetch.min >= 2000 && latencies.ray.min >= 2000);
+    assert!(latencies.tile.max * 99 / 100 <= report.virtual_ns);
     let busy: f64 = report.timeline.samples.iter().map(|sample| sample.busy).sum();
     let busy = busy * report.timeline.step_ns as f64;
     let all = report.totals.time.busy() as f64;

@@ -1,12 +1,12 @@
 //! What a run reports.
 
-#[cfg_attr(not(test), expect(dead_code, reason = "nodes do not tell latencies yet"))]
 mod histogram;
 mod link;
 mod node;
 mod timeline;
 mod totals;
 
+pub(crate) use histogram::Recorder;
 pub use histogram::{Histogram, HistogramBucket, Latencies};
 pub use link::{LinkReport, MeshReport};
 pub use node::{LineReport, NodeReport, NodeTime};

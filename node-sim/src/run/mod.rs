@@ -17,6 +17,7 @@ mod fault;
 mod link;
 mod packets;
 mod timeline;
+mod watch;
 
 #[cfg(test)]
 mod tests;
@@ -31,6 +32,7 @@ use link::Links;
 use packets::Packets;
 use std::marker::PhantomData;
 use timeline::TimelineRecorder;
+use watch::Watch;
 
 use crate::{CrashReport, FaultReport, Faults, Link, NodeTime, Profile, TraceEvent};
 
@@ -51,6 +53,7 @@ pub(crate) struct Run<'m, N, H> {
     pub(crate) timeline: TimelineRecorder,
     pub(crate) places: Vec<PlaceState>,
     pub(crate) links: Links,
+    pub(crate) watch: Watch,
     settings: RunSettings,
     slow: Vec<f64>,
     queue: EventQueue,
@@ -71,6 +74,8 @@ pub(crate) struct RunSettings {
     pub(crate) seed: u64,
     /// Greatest packet \[bytes\].
     pub(crate) packet: u16,
+    /// Bytes of a block.
+    pub(crate) block_bytes: usize,
     /// Most events of a trace.
     pub(crate) trace: usize,
 }
@@ -102,6 +107,7 @@ impl<'m, N: Actor<'m>, H: Actor<'m>> Run<'m, N, H> {
             timeline: TimelineRecorder::default(),
             places,
             links: Links::new(mesh),
+            watch: Watch::new(settings.block_bytes),
             packets: Packets::new(settings.packet),
             settings,
             slow,
@@ -187,7 +193,14 @@ impl<'m, N: Actor<'m>, H: Actor<'m>> Run<'m, N, H> {
             Some(node) => node.router(),
             None => host.router(),
         };
-        let received = router.receive(port, packets.get(packet), |node| dead && node == here);
+        let bytes = packets.get(packet);
+        let received = router.receive(port, bytes, |node| dead && node == here);
+        if let (Received::Buffered, Some((header, payload))) =
+            (received, PacketHeader::split(bytes))
+            && header.to() == here
+        {
+            self.watch.arrives(self.now, here, payload);
+        }
         self.packets.free(packet);
         self.note(1, u64::from(link), received as u64);
         match received {
@@ -248,13 +261,16 @@ impl<'m, N: Actor<'m>, H: Actor<'m>> Run<'m, N, H> {
     fn depart(&mut self, index: u32, packet: u32) {
         let bytes = self.packets.get(packet);
         let len = bytes.len();
-        let header = PacketHeader::split(bytes).map(|(header, _)| header);
-        let header = header.expect("routers send good packets");
-        let link = self.links.get(index);
-        let (place, to, number) = (link.from, link.to, link.packets + link.control_packets);
-        let duration = self.settings.link.duration(len);
+        let (header, payload) = PacketHeader::split(bytes).expect("routers send good packets");
         let data = header.kind == PacketHeader::DATA;
+        let place = self.links.get(index).from;
+        let starts = data && header.from() == self.id(place);
+        if starts {
+            self.watch.departs(self.now, header.from(), payload);
+        }
+        let duration = self.settings.link.duration(len);
         let link = self.links.get(index);
+        let (to, number) = (link.to, link.packets + link.control_packets);
         link.busy_until = self.now + duration;
         link.busy += duration;
         link.bytes += len as u64;
@@ -263,7 +279,7 @@ impl<'m, N: Actor<'m>, H: Actor<'m>> Run<'m, N, H> {
         self.timeline.bytes(self.now, len as u64);
         let ends = self.id(to) == header.to();
         let arrival = self.now + self.settings.link.travel(&header, len, ends);
-        if data && header.from() == self.id(place) {
+        if starts {
             self.has_room(place);
         }
         if !self.settings.faults.of_links() {

@@ -80,6 +80,7 @@ fn settings() -> RunSettings {
         faults: Faults::default(),
         seed: 1,
         packet: PAYLOAD + PacketHeader::BYTES as u16,
+        block_bytes: 1024,
         trace: 0,
     }
 }

@@ -1,0 +1,109 @@
+use std::collections::HashMap;
+
+use kiloray_core::network::{HOST, NodeId};
+use kiloray_core::path::PathKey;
+use kiloray_core::protocol::{Items, Message, ReturnAddress};
+
+use crate::Latencies;
+use crate::report::Recorder;
+
+/// Looks on at what nodes send and receive, and takes down how long they wait: nodes themselves do not keep it.
+///
+/// A wait begins when the first request enters a link, and ends when its answer is at the node that asked, however
+/// often it had to ask.
+#[derive(Debug)]
+pub(crate) struct Watch {
+    /// Whoever asks for a block has it with its last byte.
+    block_bytes: u32,
+    /// Blocks that are asked for. Entries of these maps are looked up, never listed.
+    fetches: HashMap<(u16, u32), u64>,
+    /// Rays that are away, by the slot that waits for them.
+    rays: HashMap<(u16, u16), (PathKey, u64)>,
+    /// Tiles that are given out.
+    tiles: HashMap<u32, u64>,
+    fetch: Recorder,
+    ray: Recorder,
+    tile: Recorder,
+}
+
+impl Watch {
+    /// Nothing is under way.
+    pub(crate) fn new(block_bytes: usize) -> Self {
+        Self {
+            block_bytes: block_bytes as u32,
+            fetches: HashMap::new(),
+            rays: HashMap::new(),
+            tiles: HashMap::new(),
+            fetch: Recorder::new(),
+            ray: Recorder::new(),
+            tile: Recorder::new(),
+        }
+    }
+
+    /// A packet leaves the place that has made it.
+    pub(crate) fn departs(&mut self, now: u64, from: NodeId, payload: &[u8]) {
+        for message in Items::new(payload) {
+            match message {
+                Message::Fetch { block, .. } => {
+                    self.fetches.entry((from.0, block)).or_insert(now);
+                }
+                Message::Ray(ray) if ray.reply.node() == from => {
+                    let (slot, key) = slot(&ray.reply);
+                    let entry = self.rays.entry(slot).or_insert((key, now));
+                    if entry.0 != key {
+                        *entry = (key, now);
+                    }
+                }
+                Message::Grant { first, count, .. } if from == HOST => {
+                    for tile in first..first.saturating_add(count) {
+                        self.tiles.entry(tile).or_insert(now);
+                    }
+                }
+                Message::Accepted { tile } => {
+                    if let Some(since) = self.tiles.remove(&tile) {
+                        self.tile.record(now - since);
+                    }
+                }
+                _ => {}
+            }
+        }
+    }
+
+    /// A packet is where it belongs.
+    pub(crate) fn arrives(&mut self, now: u64, at: NodeId, payload: &[u8]) {
+        for message in Items::new(payload) {
+            match message {
+                Message::Part { block, offset, bytes }
+                    if offset.saturating_add(bytes.len() as u32) >= self.block_bytes =>
+                {
+                    if let Some(since) = self.fetches.remove(&(at.0, block)) {
+                        self.fetch.record(now - since);
+                    }
+                }
+                Message::Answer { to, .. } => {
+                    let (slot, key) = slot(&to);
+                    if let Some(&(of, since)) = self.rays.get(&slot)
+                        && of == key
+                    {
+                        self.rays.remove(&slot);
+                        self.ray.record(now - since);
+                    }
+                }
+                _ => {}
+            }
+        }
+    }
+
+    /// What was taken down.
+    pub(crate) fn latencies(&self) -> Latencies {
+        Latencies {
+            fetch: self.fetch.histogram(),
+            ray: self.ray.histogram(),
+            tile: self.tile.histogram(),
+        }
+    }
+}
+
+fn slot(address: &ReturnAddress) -> ((u16, u16), PathKey) {
+    ((address.node().0, address.slot()), address.key())
+}
