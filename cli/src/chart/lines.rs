@@ -14,6 +14,8 @@ pub(crate) struct Lines<'a> {
     pub(crate) x_name: &'a str,
     /// What is up, with its unit.
     pub(crate) y_name: &'a str,
+    /// From zero evenly, or doubling from the least.
+    pub(crate) y: Scale,
     /// The top; as high as the lines if `None`.
     pub(crate) y_max: Option<f64>,
     pub(crate) lines: Vec<Line>,
@@ -104,7 +106,8 @@ impl Lines<'_> {
     }
 
     fn draw(&self, svg: &mut String) -> Result<(), Box<dyn std::error::Error + '_>> {
-        let all = || self.lines.iter().flat_map(|line| &line.points).filter(|p| p.1.is_finite());
+        let is_shown = |p: &&(f64, f64)| p.1.is_finite() && (self.y == Scale::Even || p.1 > 0.0);
+        let all = || self.lines.iter().flat_map(|line| &line.points).filter(is_shown);
         let xs = || all().map(|p| self.x.place(p.0));
         let (left, right) =
             (xs().fold(f64::INFINITY, f64::min), xs().fold(f64::NEG_INFINITY, f64::max));
@@ -117,8 +120,13 @@ impl Lines<'_> {
             Scale::Doubling => 0.15,
             Scale::Even => 0.0,
         };
-        let top = self.y_max.unwrap_or_else(|| all().fold(0.0_f64, |top, p| top.max(p.1)) * 1.06);
-        let top = if top > 0.0 { top } else { 1.0 };
+        let ys = || all().map(|p| self.y.place(p.1));
+        let highest = ys().fold(f64::NEG_INFINITY, f64::max);
+        let (bottom, top) = match self.y {
+            Scale::Even => (0.0, self.y_max.unwrap_or(highest * 1.06)),
+            _ => (ys().fold(f64::INFINITY, f64::min).floor(), highest + 0.2),
+        };
+        let top = if top > bottom { top } else { bottom + 1.0 };
 
         let root = SVGBackend::with_string(svg, self.size.into()).into_drawing_area();
         let font =
@@ -128,7 +136,7 @@ impl Lines<'_> {
         if !self.title.is_empty() {
             builder.caption(self.title, font(16));
         }
-        let mut chart = builder.build_cartesian_2d(left - margin..right + margin, 0.0..top)?;
+        let mut chart = builder.build_cartesian_2d(left - margin..right + margin, bottom..top)?;
         let places = match &self.x {
             Scale::Even => 8,
             _ => ((right - left) as usize + 1).clamp(2, 16),
@@ -144,9 +152,9 @@ impl Lines<'_> {
             .x_desc(self.x_name)
             .y_desc(self.y_name)
             .x_labels(places)
-            .y_labels(6)
+            .y_labels(if self.y == Scale::Even { 6 } else { (top - bottom) as usize + 1 })
             .x_label_formatter(&|x| self.x.label(*x))
-            .y_label_formatter(&|y| short(*y))
+            .y_label_formatter(&|y| self.y.label(*y))
             .draw()?;
         for line in &self.lines {
             let colour =
@@ -154,15 +162,17 @@ impl Lines<'_> {
             let points: Vec<_> = line
                 .points
                 .iter()
-                .filter(|p| p.1.is_finite())
-                .map(|&(x, y)| (self.x.place(x), y.min(top)))
+                .filter(is_shown)
+                .map(|&(x, y)| (self.x.place(x), self.y.place(y).min(top)))
                 .collect();
             let style = match line.mark {
                 Mark::Thin => INK.mix(0.4).stroke_width(1),
                 _ => colour.stroke_width(2),
             };
             let drawn = match line.mark {
-                Mark::Area => chart.draw_series(AreaSeries::new(points, 0.0, colour.mix(0.85)))?,
+                Mark::Area => {
+                    chart.draw_series(AreaSeries::new(points, bottom, colour.mix(0.85)))?
+                }
                 _ => {
                     if line.mark == Mark::Dots {
                         let dot = |&p: &(f64, f64)| Circle::new(p, 3, colour.filled());
@@ -179,9 +189,14 @@ impl Lines<'_> {
             }
         }
         if self.lines.iter().filter(|line| !line.name.is_empty()).count() > 1 {
+            let place = |p: &(f64, f64)| {
+                let part = |x: f64, low: f64, high: f64| (x - low) / (high - low).max(1e-9);
+                [part(self.x.place(p.0), left, right), part(self.y.place(p.1), bottom, top)]
+            };
+            let places: Vec<_> = all().map(place).collect();
             chart
                 .configure_series_labels()
-                .position(SeriesLabelPosition::UpperLeft)
+                .position(emptiest(&places))
                 .label_font(font(12))
                 .legend_area_size(18)
                 .margin(6)
@@ -192,6 +207,24 @@ impl Lines<'_> {
         drop(root);
         Ok(())
     }
+}
+
+/// The corner with the fewest points near it.
+fn emptiest(points: &[[f64; 2]]) -> SeriesLabelPosition {
+    let corners = [
+        (SeriesLabelPosition::UpperLeft, [0.0, 1.0]),
+        (SeriesLabelPosition::LowerLeft, [0.0, 0.0]),
+        (SeriesLabelPosition::UpperRight, [1.0, 1.0]),
+        (SeriesLabelPosition::LowerRight, [1.0, 0.0]),
+    ];
+    let near = |corner: [f64; 2]| {
+        let is_near = |p: &&[f64; 2]| (0..2).all(|i| (p[i] - corner[i]).abs() < 0.4);
+        points.iter().filter(is_near).count()
+    };
+    corners
+        .into_iter()
+        .min_by_key(|(_, corner)| near(*corner))
+        .map_or(SeriesLabelPosition::UpperLeft, |(position, _)| position)
 }
 
 #[cfg(test)]
@@ -206,6 +239,7 @@ mod tests {
             x,
             x_name: "across",
             y_name: "up",
+            y: Scale::Even,
             y_max: None,
             lines: vec![line, other],
             size: [500, 300],
@@ -231,6 +265,30 @@ mod tests {
         assert!(lines(Scale::Even, vec![(3.0, 0.0)]).contains("a line"));
         let names = Scale::Names(vec!["hybrid".into(), "data".into()]);
         assert!(lines(names, vec![(0.0, 1.0), (1.0, f64::INFINITY)]).contains("hybrid"));
+    }
+
+    #[test]
+    fn doubling_upwards_leaves_zeros_out() {
+        let line = Line {
+            name: String::new(),
+            mark: Mark::Dots,
+            colour: 0,
+            points: vec![(1.0, 1.0), (2.0, 0.0), (4.0, 4.0)],
+        };
+        let chart = Lines {
+            title: "",
+            x: Scale::Doubling,
+            x_name: "",
+            y_name: "",
+            y: Scale::Doubling,
+            y_max: None,
+            lines: vec![line],
+            size: [500, 300],
+            alone: false,
+        };
+        let svg = chart.svg();
+        assert_eq!(svg.matches("<circle").count(), 2);
+        assert!(svg.matches(">\n4\n<").count() == 2, "{svg}");
     }
 
     #[test]

@@ -13,6 +13,7 @@ pub(super) struct Plot {
     x: Scale,
     x_name: String,
     y_name: &'static str,
+    y: Scale,
     y_max: Option<f64>,
     lines: Vec<Line>,
 }
@@ -21,7 +22,7 @@ pub(super) struct Plot {
 const FIGURES: [(&str, &str, &str, &str); 7] = [
     ("efficiency", "Parallel efficiency", "T1 / (nodes x TN)", "/efficiency"),
     ("speed-up", "Speed-up", "T1 / TN", "/speed_up"),
-    ("time", "Virtual time", "seconds", "/virtual_time_s"),
+    ("time", "Virtual time", "ms", "/virtual_time_ms"),
     ("fetched", "Blocks fetched", "blocks", "/blocks/fetched"),
     ("messages", "Bytes of messages", "bytes", "/messages/bytes"),
     ("waiting", "Waiting for blocks", "part of the time of all nodes", "/lost/data"),
@@ -36,9 +37,10 @@ impl Plot {
             x: self.x.clone(),
             x_name: &self.x_name,
             y_name: self.y_name,
+            y: self.y.clone(),
             y_max: self.y_max,
             lines: self.lines.clone(),
-            size: [560, 360],
+            size: [510, 340],
             alone,
         }
         .svg()
@@ -79,7 +81,11 @@ pub(super) fn plots(axes: &[Axis], rows: &[Row]) -> Vec<Plot> {
                 lines.insert(0, Line { name, mark: Mark::Thin, colour: 0, points });
             }
             let y_max = (name == "efficiency").then_some(1.1);
-            Some(Plot { name, title, x: x.clone(), x_name: x_name.clone(), y_name, y_max, lines })
+            // The ideal is a straight line where both double.
+            let is_ratio = matches!(name, "speed-up" | "time") && x == Scale::Doubling;
+            let y = if is_ratio { Scale::Doubling } else { Scale::Even };
+            let (x, x_name) = (x.clone(), x_name.clone());
+            Some(Plot { name, title, x, x_name, y_name, y, y_max, lines })
         })
         .collect()
 }

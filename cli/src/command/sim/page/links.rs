@@ -39,6 +39,7 @@ pub(super) fn draw(page: &mut Page, run: &Run<'_>, layout: &Layout) {
         x: Scale::Even,
         x_name: "% of all links, each way",
         y_name: "% of the time in use",
+        y: Scale::Even,
         y_max: None,
         lines: vec![Line { name: String::new(), mark: Mark::Line, colour: 0, points }],
         size: [520, 270],
