@@ -124,7 +124,7 @@ impl Lines<'_> {
         let highest = ys().fold(f64::NEG_INFINITY, f64::max);
         let (bottom, top) = match self.y {
             Scale::Even => (0.0, self.y_max.unwrap_or(highest * 1.06)),
-            _ => (ys().fold(f64::INFINITY, f64::min).floor(), highest + 0.2),
+            _ => ((ys().fold(f64::INFINITY, f64::min) + 0.1).floor(), highest + 0.2),
         };
         let top = if top > bottom { top } else { bottom + 1.0 };
 
