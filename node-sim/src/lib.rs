@@ -10,6 +10,7 @@ mod error;
 mod layout;
 mod options;
 mod outcome;
+mod plan;
 mod profile;
 mod report;
 mod run;
@@ -21,6 +22,7 @@ mod tests;
 pub use error::Error;
 pub use options::{Control, Crash, Faults, Link, Options, Rate, Slow, Status, Switching};
 pub use outcome::Outcome;
+pub use plan::{MeshPlan, NodeShare, plan};
 pub use profile::Profile;
 pub use report::{
     CrashReport, FaultReport, Histogram, HistogramBucket, Latencies, LineReport, LinkReport,

@@ -1,6 +1,6 @@
 use std::{fmt, str::FromStr};
 
-use clap::{Args, ValueEnum};
+use clap::{ArgMatches, Args, ValueEnum, parser::ValueSource};
 use kiloray_core::network::{NODES_MAX, Topology};
 use serde::Serialize;
 
@@ -107,6 +107,13 @@ impl Mesh {
             _ => name.to_owned(),
         }
     }
+}
+
+/// Whether any option of a mesh was typed.
+pub(super) fn is_typed(matches: &ArgMatches) -> bool {
+    let mesh = Mesh::augment_args(clap::Command::new("mesh"));
+    mesh.get_arguments()
+        .any(|a| matches.value_source(a.get_id().as_str()) == Some(ValueSource::CommandLine))
 }
 
 /// Nodes by the sizes after the name of a grid.
@@ -289,7 +296,7 @@ macro_rules! serialize_as_typed {
 }
 serialize_as_typed!(Prefetch, Top);
 
-fn nodes(text: &str) -> Result<u32, String> {
+pub(super) fn nodes(text: &str) -> Result<u32, String> {
     whole(text, 1, NODES_MAX)
 }
 
@@ -301,7 +308,7 @@ fn refusals(text: &str) -> Result<u32, String> {
     whole(text, 1, 255)
 }
 
-fn replicas(text: &str) -> Result<u32, String> {
+pub(super) fn replicas(text: &str) -> Result<u32, String> {
     whole(text, 1, NODES_MAX)
 }
 

@@ -137,6 +137,15 @@ pub(crate) struct Compile {
     /// Size of a block: 1KiB to 64KiB, a power of two
     #[arg(long, value_name = "SIZE", value_parser = options::block)]
     pub(crate) block: Option<u32>,
+    /// Print how the blocks are dealt out to the nodes of a mesh
+    #[arg(long, value_name = "N", value_parser = mesh::nodes, allow_hyphen_values = true)]
+    pub(crate) nodes: Option<u32>,
+    /// Which node owns which blocks: subtrees of equal bytes, or each block in turn
+    #[arg(long, value_name = "P", value_enum, default_value_t = Placement::Subtrees, requires = "nodes")]
+    pub(crate) placement: Placement,
+    /// Copies of each block in all
+    #[arg(long, value_name = "K", default_value_t = 1, value_parser = mesh::replicas, allow_hyphen_values = true, requires = "nodes")]
+    pub(crate) block_replicas: u32,
     /// Write the figures as JSON ('-' for the standard output)
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub(crate) json: Option<PathBuf>,
@@ -162,6 +171,17 @@ pub(crate) struct Plan {
     /// Write the plan as JSON ('-' for the standard output)
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub(crate) json: Option<PathBuf>,
+    /// Width of the picture: with the nodes it decides about tiles [default: 512, or by the height and the view]
+    #[arg(long, value_name = "PIXELS", value_parser = options::side, allow_hyphen_values = true, help_heading = "Mesh")]
+    pub(crate) width: Option<u32>,
+    /// Height of the picture [default: by the width and the view]
+    #[arg(long, value_name = "PIXELS", value_parser = options::side, allow_hyphen_values = true, help_heading = "Mesh")]
+    pub(crate) height: Option<u32>,
+    #[command(flatten)]
+    pub(crate) mesh: Mesh,
+    /// Something is said of a mesh.
+    #[arg(skip)]
+    pub(crate) is_mesh: bool,
 }
 
 /// `kiloray compare`.

@@ -187,7 +187,7 @@ pub(super) fn whole(text: &str, min: u32, max: u32) -> Result<u32, String> {
         .ok_or_else(|| format!("write a whole number from {min} to {max}"))
 }
 
-fn side(text: &str) -> Result<u32, String> {
+pub(super) fn side(text: &str) -> Result<u32, String> {
     whole(text, 1, SIDE_MAX)
 }
 

@@ -2,7 +2,7 @@ use std::ffi::OsString;
 
 use clap::{CommandFactory, FromArgMatches, error::ErrorKind};
 
-use super::{Arguments, Command, axis};
+use super::{Arguments, Command, axis, mesh};
 use crate::{
     console,
     failure::{Failure, Outcome},
@@ -29,10 +29,10 @@ pub(crate) fn parse(arguments: impl Iterator<Item = OsString>) -> Outcome<Argume
 fn read(arguments: &[OsString]) -> Result<Arguments, clap::Error> {
     let matches = command().try_get_matches_from(arguments)?;
     let mut read = Arguments::from_arg_matches(&matches)?;
-    if let Some(Command::Sweep(sweep)) = &mut read.command
-        && let Some((_, matches)) = matches.subcommand()
-    {
-        sweep.typed = axis::typed(matches);
+    match (&mut read.command, matches.subcommand()) {
+        (Some(Command::Sweep(sweep)), Some((_, matches))) => sweep.typed = axis::typed(matches),
+        (Some(Command::Plan(plan)), Some((_, matches))) => plan.is_mesh = mesh::is_typed(matches),
+        _ => {}
     }
     Ok(read)
 }

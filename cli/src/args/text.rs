@@ -74,6 +74,10 @@ pub(super) const PLAN: &str = "\
 Examples:
   kiloray plan cornell --memory 64KiB
   kiloray plan room.kilo --memory 512KiB
+  kiloray plan colour-cube --memory 64KiB --nodes 64 --topology torus:8x8
+
+With any option of a mesh it is the plan that 'kiloray sim' makes of the same options, the link
+buffers included; what does not touch memory is taken and left alone.
 
 Exit code 1 says that the memory is too small; the line that does not fit is named, with what is
 needed.";

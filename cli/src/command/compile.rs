@@ -1,3 +1,5 @@
+use kiloray_core::network::NodeId;
+use kiloray_core::node::{Dealing, Placement, Rom};
 use kiloray_core::scene::Needs;
 use kiloray_scene::compile::Stats;
 use serde_json::{Value, json};
@@ -23,14 +25,24 @@ pub(super) fn run(arguments: &args::Compile) -> Outcome {
             path.display()
         )));
     }
+    if let Some(nodes) = arguments.nodes
+        && arguments.block_replicas > nodes
+    {
+        return Err(Failure::usage(format_args!(
+            "--block-replicas {}: {nodes} nodes hold at most {nodes} copies of a block",
+            arguments.block_replicas
+        )));
+    }
     let output = arguments.output.as_deref().map(Output::create).transpose()?;
     let json_out = arguments.json.as_deref().map(Output::create).transpose()?;
     let to_standard = arguments.json.as_deref() == Some("-".as_ref());
 
     let scene = scene::load(&arguments.scene.scenes, arguments.block, BLOCK, arguments.quiet)?;
     scene.print_notes(arguments.quiet);
+    let shares = arguments.nodes.map(|nodes| Shares::new(&scene, arguments, nodes));
     if !arguments.quiet && !to_standard {
         print(&scene)?;
+        shares.iter().try_for_each(Shares::print)?;
     }
     if let Some(output) = output {
         output.write(scene.file.bytes())?;
@@ -40,8 +52,74 @@ pub(super) fn run(arguments: &args::Compile) -> Outcome {
         }
     }
     match json_out {
-        Some(output) => output.write(format!("{:#}\n", as_json(&scene)).as_bytes()),
+        Some(output) => {
+            let mut json = as_json(&scene);
+            if let Some(shares) = shares {
+                json["placement"] = shares.as_json();
+            }
+            output.write(format!("{json:#}\n").as_bytes())
+        }
         None => Ok(()),
+    }
+}
+
+/// How the blocks are dealt out to the nodes of a mesh.
+struct Shares {
+    nodes: u32,
+    copies: u32,
+    block_bytes: u64,
+    /// Blocks of the node that has the fewest, and of the one that has the most: the root's, which all have, among them.
+    least: u64,
+    most: u64,
+}
+
+impl Shares {
+    fn new(scene: &Scene, arguments: &args::Compile, nodes: u32) -> Self {
+        let file = scene.file.view();
+        let block_bytes = file.header().block_bytes;
+        let placement = Placement {
+            dealing: match arguments.placement {
+                args::Placement::Subtrees => Dealing::Subtrees,
+                args::Placement::RoundRobin => Dealing::RoundRobin,
+            },
+            blocks: file.blocks(),
+            nodes: nodes as u16,
+            top: file.blocks().min(1),
+            replicas: arguments.block_replicas as u16,
+        };
+        let owned = |node| {
+            Rom::of_file(&[], block_bytes as usize, placement, NodeId(node as u16)).len() as u64
+        };
+        let shares: Vec<_> = (0..nodes).map(owned).collect();
+        Self {
+            nodes,
+            copies: placement.copies().into(),
+            block_bytes: block_bytes.into(),
+            least: shares.iter().copied().min().unwrap_or(0),
+            most: shares.iter().copied().max().unwrap_or(0),
+        }
+    }
+
+    fn print(&self) -> Outcome {
+        let copies =
+            if self.copies > 1 { format!(", {} copies", self.copies) } else { String::new() };
+        line(format_args!(
+            "placement  {} nodes{copies}: each has {} to {} blocks, {} to {}; the root's lies with all",
+            self.nodes,
+            self.least,
+            self.most,
+            bytes(self.least * self.block_bytes),
+            bytes(self.most * self.block_bytes),
+        ))
+    }
+
+    fn as_json(&self) -> Value {
+        json!({
+            "nodes": self.nodes,
+            "copies": self.copies,
+            "blocks": { "least": self.least, "most": self.most },
+            "bytes": { "least": self.least * self.block_bytes, "most": self.most * self.block_bytes },
+        })
     }
 }
 

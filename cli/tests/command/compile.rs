@@ -59,3 +59,26 @@ fn a_full_disk_is_told() {
     let folder = Folder::new();
     folder.run("compile cornell --json /dev/full --quiet").refused(1, &["/dev/full", "full"]);
 }
+
+#[test]
+fn blocks_are_dealt_out_to_nodes() {
+    let folder = Folder::new();
+    let out = folder.run("compile colour-cube --block 4KiB --nodes 8 --json -").done().out();
+    let json: serde_json::Value = serde_json::from_str(&out).unwrap();
+    let blocks = json["blocks"]["count"].as_u64().unwrap();
+    let share = &json["placement"]["blocks"];
+    let (least, most) = (share["least"].as_u64().unwrap(), share["most"].as_u64().unwrap());
+    // The root's block lies with all, the others are divided.
+    let dealt = blocks - 1;
+    assert!(most - least <= 1 && (8 * (least - 1)..=8 * (most - 1)).contains(&dealt));
+    assert_eq!(json["placement"]["bytes"]["most"], most * 4096);
+    let out = folder.run("compile colour-cube --block 4KiB --nodes 8").done().out();
+    assert!(out.contains(&format!("8 nodes: each has {least} to {most} blocks")), "{out}");
+    let out = folder.run("compile colour-cube --nodes 4 --block-replicas 4").done().out();
+    assert!(out.contains("4 nodes, 4 copies"), "{out}");
+    folder
+        .run("compile cornell --nodes 4 --block-replicas 5")
+        .refused(2, &["--block-replicas 5", "4"]);
+    folder.run("compile cornell --nodes 0").refused(2, &["--nodes"]);
+    folder.run("compile cornell --placement round-robin").refused(2, &["--nodes"]);
+}

@@ -3,6 +3,7 @@
 mod compare;
 mod compile;
 mod page;
+mod plan;
 mod render;
 mod sim;
 mod support;

@@ -21,7 +21,7 @@ use self::{cut::Cut, lost::bounds};
 pub(super) use self::{
     json::prefetch,
     lost::Baseline,
-    options::{baseline, memory, options, refused},
+    options::{baseline, memory, options, refused, with_mesh},
     run::{Done, measured},
 };
 use super::{engine, html};

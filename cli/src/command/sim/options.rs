@@ -32,7 +32,6 @@ pub(in crate::command) fn options(sim: &args::Sim, scene: &Scene) -> Outcome<Opt
     let Bounds { width, height } =
         Bounds::new(common.width, common.height, framing::aspect(&view)).map_err(Failure::usage)?;
     let topology = mesh.topology().map_err(Failure::usage)?;
-    let block_bytes = u64::from(scene.file.view().header().block_bytes);
     let view = framing::fitted(view, width, height);
     let mut options = Options::new(width, height, view, topology);
     options.settings = Settings {
@@ -43,13 +42,25 @@ pub(in crate::command) fn options(sim: &args::Sim, scene: &Scene) -> Outcome<Opt
     };
     options.memory = usize::try_from(memory(sim))
         .map_err(|_| Failure::usage("--memory is more than can be addressed"))?;
+    options.seed = common.seed;
+    let block_bytes = u64::from(scene.file.view().header().block_bytes);
+    let mut options = with_mesh(options, mesh, block_bytes)?;
+    options.trace = if sim.trace.is_some() { TRACE_EVENTS } else { 0 };
+    Ok(options)
+}
+
+/// The same with what is said of the mesh, its topology apart.
+pub(in crate::command) fn with_mesh(
+    mut options: Options,
+    mesh: &args::Mesh,
+    block_bytes: u64,
+) -> Outcome<Options> {
     options.link = link(mesh, options.link);
     let profile = profile_name(mesh.profile);
     options.profile = Profile::named(profile).ok_or_else(|| {
         Failure::usage(format_args!("--profile {profile}: it has no figures yet"))
     })?;
     options.faults = faults(mesh);
-    options.seed = common.seed;
     options.schedule = match mesh.schedule {
         args::Schedule::Hybrid => node::Schedule::Hybrid,
         args::Schedule::Demand => node::Schedule::Demand,
@@ -60,7 +71,7 @@ pub(in crate::command) fn options(sim: &args::Sim, scene: &Scene) -> Outcome<Opt
         args::Placement::RoundRobin => node::Dealing::RoundRobin,
     };
     options.top = mesh.top.map(|top| top.blocks(block_bytes));
-    options.replicas = replicas(mesh, &topology)?;
+    options.replicas = replicas(mesh, &options.topology)?;
     if let Some(prefetch) = mesh.prefetch {
         options.prefetch = match prefetch {
             args::Prefetch::All => node::Prefetch::All,
@@ -78,7 +89,6 @@ pub(in crate::command) fn options(sim: &args::Sim, scene: &Scene) -> Outcome<Opt
     }
     options.tile = mesh.tile.map(|side| side as u16);
     options.owned_in_arena = mesh.owned_in_arena;
-    options.trace = if sim.trace.is_some() { TRACE_EVENTS } else { 0 };
     Ok(options)
 }
 

@@ -2,10 +2,10 @@ use kiloray_core::shade::Settings;
 use kiloray_render::Options;
 use serde_json::json;
 
-use super::engine;
+use super::{super::engine, lines};
 use crate::{args, console::line, failure::Outcome, output::Output, scene};
 
-/// Prints the budget.
+/// Prints the budget of a node that is alone.
 pub(super) fn run(arguments: &args::Plan) -> Outcome {
     let json_out = arguments.json.as_deref().map(Output::create).transpose()?;
     let to_standard = arguments.json.as_deref() == Some("-".as_ref());
@@ -27,18 +27,12 @@ pub(super) fn run(arguments: &args::Plan) -> Outcome {
     let file = scene.file.view();
     let owned = file.header().blocks_at;
     if let Some(output) = json_out {
-        let lines: Vec<_> = budget
-            .lines()
-            .iter()
-            .filter(|line| line.bytes > 0)
-            .map(|l| json!({ "line": l.line.name(), "capacity": l.capacity, "bytes": l.bytes }))
-            .collect();
         let value = json!({
             "version": env!("CARGO_PKG_VERSION"),
             "scene": scene.name,
             "memory": memory,
             "total": budget.bytes(),
-            "lines": lines,
+            "lines": lines(&budget),
             "blocks": file.blocks(),
             "block_bytes": file.header().block_bytes,
             "tables_bytes": owned,

@@ -1,0 +1,146 @@
+use kiloray_core::shade::Settings;
+use kiloray_sim::{Error, MeshPlan, NodeShare, Options, plan};
+use serde_json::json;
+
+use super::{super::engine, super::sim, lines};
+use crate::{
+    args::{self, Bounds},
+    console::{bytes, count, line},
+    failure::{Failure, Outcome},
+    framing,
+    output::Output,
+    scene::{self, Scene},
+};
+
+/// Prints the budget of the node of a mesh that has the least room.
+pub(super) fn run(arguments: &args::Plan) -> Outcome {
+    let topology = arguments.mesh.topology().map_err(Failure::usage)?;
+    let json_out = arguments.json.as_deref().map(Output::create).transpose()?;
+    let to_standard = arguments.json.as_deref() == Some("-".as_ref());
+    let block = engine::default_block(Some(arguments.memory));
+    let scene = scene::load(&arguments.scene.scenes, arguments.block, block, to_standard)?;
+    scene.print_notes(to_standard);
+    let view = scene.choose_view(None)?;
+    let Bounds { width, height } =
+        Bounds::new(arguments.width, arguments.height, framing::aspect(&view))
+            .map_err(Failure::usage)?;
+    let mut options = Options::new(width, height, view, topology);
+    options.settings = Settings { bounces: arguments.bounces as u8, ..options.settings };
+    options.memory = usize::try_from(arguments.memory)
+        .map_err(|_| Failure::usage("--memory is more than can be addressed"))?;
+    let file = scene.file.view();
+    let block_bytes = file.header().block_bytes;
+    let options = sim::with_mesh(options, &arguments.mesh, block_bytes.into())?;
+    let mesh = plan(&file, &options).map_err(sim::refused)?;
+    let (number, fullest) = fullest(&mesh)?;
+
+    let in_arena = Options { owned_in_arena: true, ..options.clone() };
+    let owned = owned(&mesh);
+    let share = Share {
+        scene: &scene,
+        mesh: &mesh,
+        number,
+        node: &fullest,
+        owned,
+        in_arena: match plan(&file, &in_arena) {
+            Ok(_) => None,
+            Err(Error::Budget(error)) => Some(error.need()),
+            Err(other) => return Err(sim::refused(other)),
+        },
+    };
+    if let Some(output) = json_out {
+        let name = arguments.mesh.topology_name(&options.topology);
+        let value = json!({
+            "version": env!("CARGO_PKG_VERSION"),
+            "scene": scene.name,
+            "memory": arguments.memory,
+            "least": mesh.least,
+            "nodes": mesh.nodes.len(),
+            "topology": name,
+            "node": number,
+            "total": fullest.budget.bytes(),
+            "lines": lines(&fullest.budget),
+            "tile": fullest.plan.side,
+            "packet_payload": fullest.plan.payload(),
+            "blocks": file.blocks(),
+            "block_bytes": block_bytes,
+            "owned": { "least": owned.0, "most": owned.1, "in_arena": options.owned_in_arena, "would_fit": share.in_arena.is_none() },
+            "tables_bytes": file.header().blocks_at,
+        });
+        output.write(format!("{value:#}\n").as_bytes())?;
+    }
+    if to_standard { Ok(()) } else { share.print(options.owned_in_arena) }
+}
+
+/// What is told.
+struct Share<'a> {
+    scene: &'a Scene,
+    mesh: &'a MeshPlan,
+    number: usize,
+    node: &'a NodeShare,
+    owned: (u32, u32),
+    /// With its own blocks in the arena as well: what a node then needs at least, where that is more than there is.
+    in_arena: Option<usize>,
+}
+
+impl Share<'_> {
+    fn print(&self, owned_in_arena: bool) -> Outcome {
+        let file = self.scene.file.view();
+        let (plan, budget) = (&self.node.plan, &self.node.budget);
+        let block_bytes = u64::from(file.header().block_bytes);
+        line(format_args!("{budget}"))?;
+        let nodes = self.mesh.nodes.len();
+        line(format_args!(
+            "\nNode {} of {nodes}, which has the least room. At least {} of memory are needed.",
+            self.number, self.mesh.least
+        ))?;
+        line(format_args!(
+            "Tiles of {0} x {0} pixels; packets hold {1} bytes, a block takes {2} of them.",
+            plan.side,
+            plan.payload(),
+            plan.block_bytes.div_ceil(plan.piece().max(1)),
+        ))?;
+        let (least, most) = self.owned;
+        let of = |blocks: u32| bytes(u64::from(blocks) * block_bytes);
+        line(format_args!(
+            "A node owns {} of {} blocks of {block_bytes} bytes ({}), and can fetch {} at once into frames.",
+            range(least, most),
+            count(file.blocks().into()),
+            if least == most { of(most) } else { format!("{} to {}", of(least), of(most)) },
+            plan.frames,
+        ))?;
+        match self.in_arena {
+            _ if owned_in_arena => {
+                line(format_args!("Its own blocks lie in the arena, and are counted."))?
+            }
+            None => line(format_args!(
+                "Its own blocks are read in place, and not counted here; with --owned-in-arena they fit too."
+            ))?,
+            Some(need) => line(format_args!(
+                "Its own blocks are read in place, and not counted here; with --owned-in-arena at least {need} bytes are needed."
+            ))?,
+        }
+        line(format_args!(
+            "Read in place too: {} bytes of tables (materials, lights, views).",
+            file.header().blocks_at
+        ))
+    }
+}
+
+fn range(least: u32, most: u32) -> String {
+    if least == most { most.to_string() } else { format!("{least} to {most}") }
+}
+
+/// The node with the fewest frames: those next to the host have a link more.
+fn fullest(mesh: &MeshPlan) -> Outcome<(usize, NodeShare)> {
+    let nodes = mesh.nodes.iter().copied().enumerate();
+    nodes
+        .min_by_key(|(_, node)| (node.plan.frames, node.plan.rays))
+        .ok_or_else(|| Failure::new("a mesh has nodes"))
+}
+
+/// Least and most blocks that a node owns.
+fn owned(mesh: &MeshPlan) -> (u32, u32) {
+    let owned = mesh.nodes.iter().map(|node| node.owned);
+    (owned.clone().min().unwrap_or(0), owned.max().unwrap_or(0))
+}

@@ -1,0 +1,64 @@
+//! `kiloray plan` for the nodes of a mesh.
+
+use serde_json::Value;
+
+use crate::support::Folder;
+
+#[test]
+fn the_budget_of_a_node_of_a_mesh_is_the_simulators() {
+    let folder = Folder::new();
+    let mesh = "colour-cube --memory 64KiB --nodes 16 --topology torus:4x4";
+    let json: Value =
+        serde_json::from_str(&folder.run(&format!("plan {mesh} --json -")).done().out()).unwrap();
+    let lines = json["lines"].as_array().unwrap();
+    let sum: u64 = lines.iter().map(|line| line["bytes"].as_u64().unwrap()).sum();
+    assert_eq!((&json["total"], &json["nodes"]), (&sum.into(), &16.into()));
+    assert!(sum <= 65_536 && lines.iter().any(|line| line["line"] == "messages"));
+
+    let text = folder.run(&format!("plan {mesh}")).done().out();
+    assert!(text.contains("messages") && text.contains(&format!("{sum} of 65536")), "{text}");
+    assert!(text.contains("Node 0 of 16") && text.contains("--owned-in-arena"), "{text}");
+
+    // The least memory is one: a byte less is refused, and the reason names it.
+    let least = json["least"].as_u64().unwrap();
+    let at = |memory: u64| {
+        folder.run(&format!("plan colour-cube --block 4KiB --nodes 16 --memory {memory}"))
+    };
+    let _ = at(least).done();
+    at(least - 1).refused(1, &["too small", "block frames"]);
+}
+
+#[test]
+fn any_option_of_a_mesh_means_a_mesh() {
+    let folder = Folder::new();
+    for option in ["--topology hypercube", "--schedule data", "--block-replicas 2"] {
+        let out = folder.run(&format!("plan cornell {option}")).done().out();
+        assert!(out.contains("Node 0 of 64"), "{option}: {out}");
+    }
+    assert!(!folder.run("plan cornell").done().out().contains("Node"));
+}
+
+#[test]
+fn owned_blocks_count_where_they_lie_in_the_arena() {
+    let folder = Folder::new();
+    let plan = |options: &str| folder.run(&format!("plan colour-cube --nodes 2 {options}"));
+    let out = plan("--memory 64KiB").done().out();
+    assert!(out.contains("with --owned-in-arena at least"), "{out}");
+    plan("--memory 64KiB --owned-in-arena").refused(1, &["scene tables"]);
+    let out = plan("--memory 1MiB --owned-in-arena").done().out();
+    assert!(out.contains("scene tables") && out.contains("are counted"), "{out}");
+}
+
+#[test]
+fn what_cannot_be_is_refused() {
+    let folder = Folder::new();
+    for (options, part) in [
+        ("--nodes 63 --topology torus:8x8", "64 nodes, not 63"),
+        ("--nodes 0", "--nodes"),
+        ("--topology star", "unknown topology"),
+        ("--nodes 4 --block-replicas 5", "at most 4 copies"),
+        ("--nodes 12 --topology hypercube", "power of two"),
+    ] {
+        folder.run(&format!("plan cornell {options}")).refused(2, &[part]);
+    }
+}

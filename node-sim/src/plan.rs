@@ -1,0 +1,54 @@
+use kiloray_core::block::KiloView;
+use kiloray_core::network::{Mesh, NodeId};
+use kiloray_core::node::NodePlan;
+use kiloray_core::store::Budget;
+
+use crate::check::check;
+use crate::layout::Layout;
+use crate::{Error, Options};
+
+/// How a run would be divided: blocks among nodes, and the memory of each.
+#[derive(Debug, Clone)]
+pub struct MeshPlan {
+    /// The nodes, by number.
+    pub nodes: Vec<NodeShare>,
+    /// The least memory of a node with which these options work \[bytes\].
+    pub least: usize,
+}
+
+/// What a node has.
+#[derive(Debug, Clone, Copy)]
+pub struct NodeShare {
+    /// The lengths of all lines of its memory.
+    pub plan: NodePlan,
+    /// The same, in bytes.
+    pub budget: Budget,
+    /// Blocks that it owns, those at the top of the tree that all have included.
+    pub owned: u32,
+}
+
+/// Divides blocks and memory as [`simulate`](crate::simulate()) would, and does no more.
+///
+/// # Errors
+/// [`Error`]: for what cannot begin.
+pub fn plan(file: &KiloView<'_>, options: &Options) -> Result<MeshPlan, Error> {
+    check(options)?;
+    let mesh = Mesh::new(options.topology);
+    let layout = Layout::new(file, options, &mesh)?;
+    let nodes =
+        layout.plans.iter().zip(&layout.budgets).zip(0..).map(|((&plan, &budget), node)| {
+            NodeShare { plan, budget, owned: layout.owned(NodeId(node)) }
+        });
+    Ok(MeshPlan { nodes: nodes.collect(), least: least(file, options, &mesh)? })
+}
+
+/// From nothing up: what is too small names what it needs. (More memory may need more: longer packets, greater tiles.)
+fn least(file: &KiloView<'_>, options: &Options, mesh: &Mesh) -> Result<usize, Error> {
+    let mut memory = 0;
+    loop {
+        match Layout::new(file, &Options { memory, ..options.clone() }, mesh) {
+            Err(Error::Budget(error)) if error.need() > memory => memory = error.need(),
+            other => return other.map(|_| memory),
+        }
+    }
+}
