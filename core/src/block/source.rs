@@ -10,13 +10,13 @@ use super::view::BlockView;
 /// accepted by [`BlockView::parse`] once.
 pub trait BlockSource {
     /// Why a block is not here. A cache that fetches and waits has errors of its medium; one that
-    /// cannot wait says "missing", and the traversal is resumed when the block has come.
+    /// cannot wait says "missing", and the traversal goes on by its trail when the block has come.
     type Error;
 
     /// The block with this number.
     ///
     /// # Errors
-    /// As the source defines; the traversal stops, and can be resumed from its cursor.
+    /// As the source defines; the traversal stops, and can go on by its [trail](crate::trace::Trail).
     fn block(&mut self, block: u32) -> Result<BlockView<'_>, Self::Error>;
 
     /// Whether all blocks are at hand, so that asking for one costs nothing and replaces no other.

@@ -119,7 +119,7 @@ impl<'a> BlockView<'a> {
     #[must_use]
     pub fn node(&self, index: u16) -> Option<&'a Node> {
         let at = HEADER_QUADS + NODE_QUADS * usize::from(index);
-        let quads = self.quads.get(at..)?.first_chunk::<NODE_QUADS>()?;
+        let quads = self.quads.get(at..at + NODE_QUADS)?.first_chunk::<NODE_QUADS>()?;
         Some(bytemuck::cast_ref(quads))
     }
 

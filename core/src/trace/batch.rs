@@ -11,7 +11,6 @@ use super::octant::{Octants, first_octants};
 use super::query::Query;
 use super::tracer::Search;
 use super::visit::{take, visit};
-use super::walk::Single;
 use crate::block::{BlockSource, NO_HEADER};
 use crate::geometry::{PreparedRay, Ray};
 
@@ -22,7 +21,7 @@ pub const FLIGHTS: usize = 8;
 #[derive(Debug, Clone)]
 pub struct Batch {
     levels: [Levels; FLIGHTS],
-    single: Cursor,
+    pub(super) single: Cursor,
 }
 
 impl Default for Batch {
@@ -39,7 +38,7 @@ impl Batch {
     }
 }
 
-/// A search of many rays.
+/// A search of many rays, as many in flight as there is room for.
 pub(super) struct Many;
 
 impl Search for Many {
@@ -55,13 +54,7 @@ impl Search for Many {
         rays: &[Ray],
         queries: &mut [Q],
     ) -> Result<(), TraceError<S::Error>> {
-        if !source.holds_all() {
-            return fly(lanes, room, source, rays, queries);
-        }
-        for (ray, query) in rays.iter().zip(queries) {
-            Single::<false>::run(lanes, &mut room.single, source, ray, query)?;
-        }
-        Ok(())
+        fly(lanes, room, source, rays, queries)
     }
 }
 

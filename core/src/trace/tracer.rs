@@ -172,7 +172,7 @@ pub trait Tracer: Copy {
     ) -> Result<(), TraceError<S::Error>> {
         let (rays, queries) = pair(rays, hits);
         queries.fill(None);
-        self.run::<Many, S, Option<Hit>>(room, source, rays, queries)
+        batch(self, room, source, rays, queries)
     }
 
     /// Whether each of many rays hits anything, as [`Tracer::closest_batch`].
@@ -189,7 +189,7 @@ pub trait Tracer: Copy {
     ) -> Result<(), TraceError<S::Error>> {
         let (rays, queries) = pair(rays, hits);
         queries.fill(false);
-        self.run::<Many, S, bool>(room, source, rays, queries)
+        batch(self, room, source, rays, queries)
     }
 
     /// The closest hits of coherent rays, `hits[i]` that of `rays[i]`, in bundles of [`BUNDLE`]: neighbours together, eight by
@@ -246,6 +246,24 @@ impl Tracer for Scalar {
     ) -> Result<(), TraceError<S::Error>> {
         T::run(self, room, source, rays, queries)
     }
+}
+
+/// The rays of a batch: one after the other where all blocks are at hand.
+#[inline]
+fn batch<T: Tracer, S: BlockSource, Q: Query>(
+    tracer: T,
+    room: &mut Batch,
+    source: &mut S,
+    rays: &[Ray],
+    queries: &mut [Q],
+) -> Result<(), TraceError<S::Error>> {
+    if !source.holds_all() {
+        return tracer.run::<Many, S, Q>(room, source, rays, queries);
+    }
+    for (ray, query) in rays.iter().zip(queries) {
+        tracer.run::<Single<false>, S, Q>(&mut room.single, source, ray, query)?;
+    }
+    Ok(())
 }
 
 /// Rays and places for what they hit, as many of the one as of the other.

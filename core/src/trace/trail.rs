@@ -118,3 +118,24 @@ const fn before(depth: u32) -> u32 {
 const fn end(levels: u32) -> u32 {
     u32::BITS - levels.leading_zeros()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_number_is_a_span_or_none() {
+        let mut spans = 0;
+        for number in 0..=u16::MAX {
+            if let Some(span) = Span::decode(number) {
+                assert_eq!(span.encode(), number);
+                assert!(span.above <= span.depth && span.depth <= 32 && span.below <= 32);
+                assert!(span.below == 0 || span.below > span.depth);
+                spans += 1;
+            }
+        }
+        // Of each depth `d`, `d + 1` levels above, and 32 - d below, or none.
+        assert_eq!(spans, (0..=32).map(|d| (d + 1) * (32 - d + 1)).sum::<u32>());
+        assert_eq!(size_of::<Trail>(), 20);
+    }
+}
