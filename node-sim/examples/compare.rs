@@ -28,6 +28,21 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let file = file.view();
     let mut options = Options::new(side, side, file.views()[0], topology);
     options.settings.samples = text(7, "4").parse()?;
+    if let Ok(p) = std::env::var("SHADOW") {
+        options.settings.shadow_samples = p.parse()?;
+    }
+    if let Ok(p) = std::env::var("BW") {
+        options.link.bandwidth = p.parse()?;
+    }
+    if let Ok(p) = std::env::var("PACKET") {
+        options.link.packet = p.parse()?;
+    }
+    if let Ok(p) = std::env::var("TOP") {
+        options.top = Some(p.parse()?);
+    }
+    if let Ok(p) = std::env::var("TILE") {
+        options.tile = Some(p.parse()?);
+    }
     options.memory = memory << 10;
     options.schedule = match text(5, "hybrid").as_str() {
         "demand" => Schedule::Demand,
@@ -60,6 +75,15 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let steps: u64 = report.nodes.iter().map(|node| node.steps).sum();
     println!("steps {steps}; {:?}", report.totals.counts);
     println!("{:?}", report.totals.work);
+    println!("{:?}", report.latencies);
+    let mut fetches: Vec<u64> =
+        report.nodes.iter().map(|n| n.counts.received.fetch.count).collect();
+    fetches.sort_unstable();
+    println!("fetches served by a node: {fetches:?}");
+    let mut busy: Vec<u64> =
+        report.links.iter().map(|l| l.busy_ns * 100 / report.virtual_ns.max(1)).collect();
+    busy.sort_unstable();
+    println!("links busy %: {busy:?}");
     Ok(())
 }
 

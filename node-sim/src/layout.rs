@@ -19,6 +19,8 @@ pub(crate) struct Layout {
     block_bytes: usize,
 }
 
+/// Of the blocks every node has this part, those nearest to the root: more of it is read by most rays.
+const TOP_PART: u32 = 64;
 /// Tiles for each node, where the picture has so many pixels.
 const TILES_PER_NODE: u32 = 16;
 /// Greatest and least side of a tile.
@@ -34,7 +36,7 @@ impl Layout {
             dealing: options.dealing,
             blocks: file.blocks(),
             nodes,
-            top: options.top.unwrap_or(1).min(file.blocks()),
+            top: options.top.unwrap_or(file.blocks() / TOP_PART).max(1).min(file.blocks()),
             replicas: options.replicas,
         };
         let block_bytes = file.limits().block_bytes;

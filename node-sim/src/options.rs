@@ -1,6 +1,6 @@
 use std::sync::atomic::AtomicBool;
 
-use kiloray_core::network::{NodeId, PacketHeader, Topology};
+use kiloray_core::network::{NodeId, Topology};
 use kiloray_core::node::{Dealing, Prefetch, Schedule, TaskOrder};
 use kiloray_core::scene::View;
 use kiloray_core::shade::Settings;
@@ -91,19 +91,20 @@ pub struct Link {
     pub bandwidth: u64,
     /// From a byte's departure to its arrival \[ns\].
     pub latency: u64,
-    /// Greatest packet, its header of [`PacketHeader::BYTES`] included \[bytes\].
+    /// Greatest packet, its header of [`PacketHeader::BYTES`](kiloray_core::network::PacketHeader::BYTES) included \[bytes\]; 0: by the
+    /// [memory](kiloray_core::node::NodePlan::packet) of a node.
     pub packet: u16,
     /// When a router sends on what it receives.
     pub switching: Switching,
 }
 
 impl Default for Link {
-    /// 1 GB/s and 1 µs; packets that hold 256 bytes; cut-through.
+    /// 1 GB/s and 1 µs; packets by the memory of a node; cut-through.
     fn default() -> Self {
         Self {
             bandwidth: 1_000_000_000,
             latency: 1_000,
-            packet: 256 + PacketHeader::BYTES as u16,
+            packet: 0,
             switching: Switching::CutThrough,
         }
     }

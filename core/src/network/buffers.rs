@@ -11,8 +11,10 @@ pub struct RouterSize {
     pub ports: u16,
     /// Classes of the topology.
     pub classes: u8,
-    /// Packets in each buffer queue: of each lane and port, and of each channel for the node's own.
+    /// Packets in the buffer of each lane and port.
     pub depth: u16,
+    /// Packets of the node's own that can wait, for each channel.
+    pub own: u16,
     /// Greatest payload of a packet \[bytes\].
     pub payload: u16,
 }
@@ -25,8 +27,15 @@ impl RouterSize {
             ports: mesh.ports(here),
             classes: mesh.classes(),
             depth: depth.clamp(1, 255),
+            own: depth.clamp(1, 255),
             payload,
         }
+    }
+
+    /// The same with room for more packets of the node's own.
+    #[must_use]
+    pub fn with_own(self, own: u16) -> Self {
+        Self { own: own.clamp(1, 255), ..self }
     }
 
     /// Queues of packets: of the ports, and of the node itself.
@@ -38,13 +47,18 @@ impl RouterSize {
     /// [`Slot`]s to lend.
     #[must_use]
     pub fn slots(&self) -> usize {
-        self.queues() * usize::from(self.depth)
+        usize::from(self.ports) * LANES * usize::from(self.depth) + self.own_slots()
     }
 
     /// Bytes to lend for payloads. Lanes of a class that the topology does not have take none.
     #[must_use]
     pub fn bytes(&self) -> usize {
-        self.slots() / LANES * self.lanes_used() * usize::from(self.payload)
+        let of_links = usize::from(self.ports) * self.lanes_used() * usize::from(self.depth);
+        (of_links + self.own_slots()) * usize::from(self.payload)
+    }
+
+    fn own_slots(&self) -> usize {
+        Channel::ALL.len() * usize::from(self.own)
     }
 
     pub(super) fn lanes_used(&self) -> usize {

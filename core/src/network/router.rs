@@ -161,7 +161,7 @@ impl<'a> Router<'a> {
     #[must_use]
     pub fn room(&self, channel: Channel) -> u16 {
         let len = self.memory.fifos.get(self.own_queue(channel)).map_or(u8::MAX, |f| f.len);
-        self.size.depth.saturating_sub(u16::from(len))
+        self.size.own.saturating_sub(u16::from(len))
     }
 
     /// A packet has come over a link.
@@ -436,7 +436,7 @@ impl<'a> Router<'a> {
             class: hop.map_or(0, |hop| hop.class),
             priority,
         };
-        let depth = usize::from(self.size.depth);
+        let depth = self.depth(queue);
         let fifo = self.memory.fifos.get(queue).copied().ok_or(Busy)?;
         if usize::from(fifo.len) >= depth || payload.len() > usize::from(self.size.payload) {
             return Err(Busy);
@@ -461,11 +461,12 @@ impl<'a> Router<'a> {
 
     /// Frees the head of a queue, and gives its credit back to the link it came by.
     fn pop(&mut self, queue: usize) {
+        let depth = self.depth(queue);
         let Some(fifo) = self.memory.fifos.get_mut(queue).filter(|fifo| fifo.len > 0) else {
             return;
         };
         fifo.len -= 1;
-        fifo.first = u16::from(fifo.first + 1).checked_rem(self.size.depth).unwrap_or(0) as u8;
+        fifo.first = (usize::from(fifo.first) + 1).checked_rem(depth).unwrap_or(0) as u8;
         let fifo_len = fifo.len;
         // The node's own queue is behind the last port: it has no link.
         if let Some(state) = self.memory.ports.get_mut(queue / LANES)
@@ -496,7 +497,7 @@ impl<'a> Router<'a> {
 
     /// Puts the head of a queue at its end.
     fn rotate(&mut self, queue: usize) {
-        let depth = usize::from(self.size.depth);
+        let depth = self.depth(queue);
         let Some(fifo) = self.memory.fifos.get(queue).copied().filter(|f| f.len > 0) else {
             return;
         };
@@ -524,16 +525,33 @@ impl<'a> Router<'a> {
         self.note_head(queue);
     }
 
+    /// Packets that a queue can hold.
+    fn depth(&self, queue: usize) -> usize {
+        let own = queue / LANES >= usize::from(self.size.ports);
+        usize::from(if own { self.size.own } else { self.size.depth })
+    }
+
     fn slot(&self, queue: usize, place: usize) -> usize {
-        queue * usize::from(self.size.depth) + place
+        self.index(queue, LANES, queue % LANES) + place
     }
 
     fn bytes_at(&self, queue: usize, place: usize) -> usize {
         let lane = queue_lane(queue);
         let used = usize::from(self.size.classes.clamp(1, 2));
         let lane = lane.channel() as usize * used + usize::from(lane.class()).min(used - 1);
-        let queue = queue / LANES * self.size.lanes_used() + lane;
-        (queue * usize::from(self.size.depth) + place) * usize::from(self.size.payload)
+        (self.index(queue, self.size.lanes_used(), lane) + place) * usize::from(self.size.payload)
+    }
+
+    /// Packets of the queues before this one, which is this lane of so many; the node's own have one for each channel.
+    fn index(&self, queue: usize, lanes: usize, lane: usize) -> usize {
+        let (port, ports) = (queue / LANES, usize::from(self.size.ports));
+        let depth = usize::from(self.size.depth);
+        if port < ports {
+            (port * lanes + lane) * depth
+        } else {
+            let channel = queue_lane(queue).channel() as usize;
+            ports * lanes * depth + channel * usize::from(self.size.own)
+        }
     }
 }
 

@@ -1,7 +1,7 @@
 use super::outbox::Outbox;
 use super::rom::Blocks;
 use super::rules::Rule;
-use super::slots::{FetchSlot, RaySlot, Root, RootState, ShadowSlot, Stage};
+use super::slots::{FetchSlot, RaySlot, Root, RootState, Serve, ShadowSlot, Stage};
 use super::tiles::Tiles;
 use super::{Counts, Lack, Next, NodePlan, Progress, Rom, Settings, Time, Work, World};
 use crate::network::{Channel, NodeId, Router};
@@ -45,8 +45,10 @@ pub struct Node<'a, W> {
     pub(super) inbox_at: usize,
     pub(super) inbox_len: usize,
     pub(super) inbox_from: NodeId,
-    /// A block that is being sent: to whom, which, and from which byte on.
-    pub(super) serving: Option<(NodeId, u32, usize)>,
+    /// Blocks that are to be sent, the one that is being sent first.
+    pub(super) serves: Queue<'a, Serve>,
+    /// Bytes of the first that have been sent, beyond what it asked for.
+    pub(super) served: usize,
     /// Bytes of a block in a message.
     pub(super) piece: usize,
     /// Nodes that have let a request wait in vain.
@@ -70,10 +72,10 @@ pub struct Node<'a, W> {
 /// Nodes that can be suspected at once.
 pub(super) const SUSPECTS: usize = 8;
 
-/// Rays or bundles that a step works on before it looks for messages again.
+/// Rays that a step works on before it looks for messages again: others wait for this node's blocks.
 const QUANTUM: u32 = 8;
 /// Requests that a step deals with.
-const REQUESTS: u32 = 8;
+const REQUESTS: u32 = 16;
 
 impl<'a, W: World> Node<'a, W> {
     /// A node in its arena, with the blocks of `rom`.
@@ -129,7 +131,8 @@ impl<'a, W: World> Node<'a, W> {
             inbox_at: 0,
             inbox_len: 0,
             inbox_from: NodeId(0),
-            serving: None,
+            serves: Queue::new(arena.carve(plan.serves)?),
+            served: 0,
             piece: plan.piece(),
             suspects: [u16::MAX; SUSPECTS],
             fetch_time: 0,
@@ -195,23 +198,24 @@ impl<'a, W: World> Node<'a, W> {
         if now >= self.next_deadline {
             self.deadlines(now);
         }
-        let mut ran = false;
-        for _ in 0..QUANTUM {
-            if !self.step(now) {
+        let mut worked = 0;
+        while worked < QUANTUM {
+            let rays = self.step(now);
+            if rays == 0 {
                 break;
             }
-            ran = true;
+            worked = worked.saturating_add(rays);
         }
         // Behind the steps: nothing else tells that one of them has used a frame that others wait for.
-        if self.starved {
-            ran |= self.feed(now);
+        if self.starved && self.feed(now) {
+            worked = worked.saturating_add(1);
         }
         self.answer_visits(now);
         self.send_tiles(now);
         self.send_fetches(now);
         self.report_lost(now);
         self.ask_for_tiles(now);
-        let runnable = ran && self.is_runnable();
+        let runnable = worked > 0 && self.is_runnable();
         let age = self.settings.bundle_age;
         let all = !runnable && self.keeps(Rule::Flush);
         self.outbox.flush(&mut self.router, now, age, all, &mut self.counts, &mut self.work);
@@ -225,8 +229,8 @@ impl<'a, W: World> Node<'a, W> {
         Progress { work: self.work, next }
     }
 
-    /// One unit of work: `false` if nothing can go on.
-    fn step(&mut self, now: Time) -> bool {
+    /// One unit of work: about how many rays it was, 0 if nothing can go on.
+    fn step(&mut self, now: Time) -> u32 {
         if self.fresh == 0 {
             self.draining = false;
         }
@@ -237,7 +241,7 @@ impl<'a, W: World> Node<'a, W> {
         while stalled < self.ready.len() {
             let Some(slot) = self.ready.dequeue() else { break };
             if self.advance(slot, now) {
-                return true;
+                return 1;
             }
             // Cannot go on for want of room: the others may.
             stalled = stalled.saturating_add(1);
@@ -247,9 +251,9 @@ impl<'a, W: World> Node<'a, W> {
             self.counts.stalls = self.counts.stalls.saturating_add(1);
         }
         if stalled == 0 && self.open_camera_rays() {
-            return true;
+            return 1;
         }
-        self.fresh > 0 && self.light(now)
+        if self.fresh > 0 { self.light(now) } else { 0 }
     }
 
     fn is_runnable(&self) -> bool {
@@ -259,7 +263,7 @@ impl<'a, W: World> Node<'a, W> {
     /// Whether a packet lies here that could be dealt with now.
     fn has_mail(&self) -> bool {
         let request = self.inbox_at < self.inbox_len
-            || self.serving.is_some()
+            || !self.serves.is_empty()
             || self.router.arrived(Channel::Request).is_some();
         self.router.arrived(Channel::Reply).is_some()
             || request && self.outbox.has_room(&self.router, Channel::Reply)
@@ -360,7 +364,7 @@ impl<'a, W: World> Node<'a, W> {
         let fetches: std::vec::Vec<_> =
             self.fetches.iter().map(|f| (f.block, f.state, f.tries)).collect();
         std::format!(
-            "{} next {:?} mail {} rays {rays:?} ready {} free {} fresh {} parked {} draining {} roots {roots:?} fetches {fetches:?} starved {} tiles {:?} outbox empty {} serving {:?} inbox {}/{}",
+            "{} next {:?} mail {} rays {rays:?} ready {} free {} fresh {} parked {} draining {} roots {roots:?} fetches {fetches:?} starved {} tiles {:?} outbox empty {} serves {} inbox {}/{}",
             self.here.0,
             self.next_deadline,
             self.has_mail(),
@@ -372,7 +376,7 @@ impl<'a, W: World> Node<'a, W> {
             self.starved,
             self.tiles,
             self.outbox.is_empty(),
-            self.serving,
+            self.serves.len(),
             self.inbox_at,
             self.inbox_len
         )

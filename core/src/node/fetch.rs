@@ -1,7 +1,7 @@
 use super::actor::SUSPECTS;
 use super::rom::Blocks;
 use super::rules::Rule;
-use super::slots::FetchSlot;
+use super::slots::{FetchSlot, Serve};
 use super::{Node, Time, World};
 use crate::network::NodeId;
 use crate::protocol::Message;
@@ -118,8 +118,9 @@ impl<W: World> Node<'_, W> {
         let took =
             u64::from(super::rays::ticks(now).wrapping_sub(fetch.begun)) << super::rays::TICK;
         fetch.state = FREE;
+        let again = fetch.again != 0;
         // What was asked for twice tells nothing about how long it takes (Karn & Partridge 1987).
-        if fetch.again == 0 {
+        if !again {
             self.fetch_time = smoothed(self.fetch_time, took);
         }
         let whole = self.blocks.cache.block_bytes() as u64;
@@ -136,25 +137,27 @@ impl<W: World> Node<'_, W> {
         }
     }
 
-    /// Sends the pieces of a block that another node has asked for: `false` if there is no room for more now.
+    /// Sends the blocks that other nodes have asked for, as far as there is room.
     ///
-    /// The request stays at the head of its buffer until its last piece is out.
-    pub(super) fn serve(&mut self, now: Time) -> bool {
-        while let Some((to, block, offset)) = self.serving {
-            let Some(bytes) = self.blocks.rom.block(block) else { break };
-            let rest = bytes.get(offset..).unwrap_or_default();
+    /// Requests wait here for room in the reply channel alone (rule 4), in a queue of their own, so that they do not
+    /// stand in the buffers of links before others.
+    pub(super) fn serve(&mut self, now: Time) {
+        while let Some(&Serve { block, offset, to, .. }) = self.serves.front() {
+            let begin = (offset as usize).saturating_add(self.served);
+            let bytes = self.blocks.rom.block(block).and_then(|bytes| bytes.get(begin..));
+            let rest = bytes.unwrap_or_default();
             if rest.is_empty() {
-                break;
+                self.serves.dequeue();
+                self.served = 0;
+                continue;
             }
             let piece = rest.get(..self.piece).unwrap_or(rest);
-            let message = Message::Part { block, offset: offset as u32, bytes: piece };
-            if !self.push(to, &message, now) {
-                return false;
+            let message = Message::Part { block, offset: begin as u32, bytes: piece };
+            if !self.push(NodeId(to), &message, now) {
+                return;
             }
-            self.serving = Some((to, block, offset.saturating_add(piece.len())));
+            self.served = self.served.saturating_add(piece.len());
         }
-        self.serving = None;
-        true
     }
 
     /// The node to ask for a block, or to send a ray to: the nearest copy of those that answer; others in turn after each try.

@@ -1,5 +1,6 @@
 use super::outbox::kind_of;
 use super::rules::Rule;
+use super::slots::Serve;
 use super::{Node, Time, World};
 use crate::network::{Channel, NodeId};
 use crate::protocol::{Items, Message};
@@ -109,7 +110,8 @@ impl<W: World> Node<'_, W> {
     /// Requests are consumed too, each waiting at most for room to answer it (rules 4, 5).
     pub(super) fn requests(&mut self, now: Time, most: u32) {
         for _ in 0..most {
-            if !self.serve(now) || !self.outbox.has_room(&self.router, Channel::Reply) {
+            self.serve(now);
+            if self.serves.is_full() || !self.outbox.has_room(&self.router, Channel::Reply) {
                 return;
             }
             if self.inbox_at >= self.inbox_len && !self.take_requests() {
@@ -150,10 +152,9 @@ impl<W: World> Node<'_, W> {
         match message {
             Message::Fetch { block, offset } => {
                 let known = self.blocks.rom.holds(block) && (offset as usize).is_multiple_of(4);
-                if known {
-                    self.serving = Some((from, block, offset as usize));
-                    self.serve(now);
-                } else {
+                let serve = Serve { block, offset, to: from.0, _zero: 0 };
+                // There is room: `requests` looked for it.
+                if !known || self.serves.enqueue(serve).is_err() {
                     self.counts.unasked = self.counts.unasked.saturating_add(1);
                 }
             }

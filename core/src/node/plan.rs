@@ -1,5 +1,5 @@
 use super::outbox::Open;
-use super::slots::{FetchSlot, RaySlot, Root, ShadowSlot};
+use super::slots::{FetchSlot, RaySlot, Root, Serve, ShadowSlot};
 use super::{RayKind, Schedule};
 use crate::network::{Fifo, Mesh, NodeId, PortState, RouterSize, Slot};
 use crate::protocol::Item;
@@ -30,6 +30,8 @@ pub struct NodePlan {
     pub side: usize,
     /// Blocks that can be asked for at once.
     pub fetches: usize,
+    /// Blocks that others can ask for before their requests wait in links.
+    pub serves: usize,
     /// Block frames.
     pub frames: usize,
     /// Bytes of a block.
@@ -66,10 +68,15 @@ pub struct NodeNeeds {
 /// Least and greatest payload of a packet: a ray must fit, and a length 16 bits.
 pub(super) const PAYLOAD_MIN: usize = 256;
 pub(super) const PAYLOAD_MAX: usize = 16 << 10;
-/// Of the memory, frames get at least this part, or as many as there are blocks: a half.
-const FRAMES_PART: usize = 2;
-/// How often the rays under way may be doubled.
-const STEPS: u32 = 7;
+/// Buffers of links take an eighth of the memory at most, if one packet in each takes less.
+const MESSAGES_PART: usize = 8;
+/// Of the rest frames get at least three quarters, or as many as there are blocks.
+const FRAMES_PART: [usize; 2] = [3, 4];
+/// How often the rays under way may be doubled: more of them want more blocks at a time than they hide latency.
+const STEPS: u32 = 5;
+/// Blocks on their way take an eighth of the frames at most, or they would push out those in use; and no more than hide the latency of links.
+const FETCHES_PART: usize = 8;
+const FETCHES_MAX: usize = 8;
 
 const _: () = assert!(Item::RAY_BYTES <= PAYLOAD_MIN);
 
@@ -86,7 +93,8 @@ impl NodePlan {
             let plan = Self::of(step, memory, needs);
             let all = plan.with_frames(needs.remote).frame_bytes();
             let rest = memory.saturating_sub(plan.bytes());
-            if plan.bytes() > memory || rest < (memory / FRAMES_PART).min(all) {
+            let wanted = memory.saturating_sub(plan.router.bytes()) / FRAMES_PART[1];
+            if plan.bytes() > memory || rest < wanted.saturating_mul(FRAMES_PART[0]).min(all) {
                 break;
             }
             best = plan;
@@ -94,7 +102,7 @@ impl NodePlan {
         let left = memory.saturating_sub(best.with_frames(0).bytes());
         let frames = frames_that_fit(left, best.block_bytes).min(needs.remote).max(best.frames);
         let mut plan = best.with_frames(frames);
-        plan.fetches = plan.fetches.min(frames);
+        plan.fetches = plan.fetches.min((frames / FETCHES_PART).max(usize::from(frames > 0)));
         Ok(plan)
     }
 
@@ -132,15 +140,17 @@ impl NodePlan {
             0 => Self::packet(memory, needs.block_bytes),
             bytes => bytes.clamp(Self::packet_min(needs.block_bytes), PAYLOAD_MAX),
         };
-        let depth = match (needs.depth, memory) {
-            (0, ..0x1_8000) => 1,
-            (0, ..0x10_0000) => 2,
-            (0, _) => 4,
-            (depth, _) => depth,
+        let router = |depth| RouterSize::new(&needs.mesh, needs.here, depth, payload as u16);
+        // Two packets keep a link busy; four are of use where they cost little.
+        let fits = |depth: &u16| router(*depth).bytes() <= memory / MESSAGES_PART;
+        let depth = match needs.depth {
+            0 => [4, 2].into_iter().find(fits).unwrap_or(1),
+            depth => depth,
         };
         let remote = usize::from(needs.remote > 0);
         Self {
-            router: RouterSize::new(&needs.mesh, needs.here, depth, payload as u16),
+            // What a step makes leaves while the next is taken.
+            router: router(depth).with_own(if step == 0 { 1 } else { 2 << step.min(3) }),
             bundles: if step == 0 { 2 } else { 2_usize.saturating_add(step as usize) },
             rays,
             shadows: match (shadows_migrate, step) {
@@ -155,7 +165,8 @@ impl NodePlan {
             },
             visits: if migrates { (rays / 2).max(1) } else { 0 },
             side: needs.side.max(1),
-            fetches: if step == 0 { remote } else { remote.saturating_mul(rays) },
+            fetches: if step == 0 { remote } else { remote.saturating_mul(rays.min(FETCHES_MAX)) },
+            serves: if step == 0 { 1 } else { 4_usize << step },
             frames: remote,
             block_bytes: needs.block_bytes,
             owned: needs.owned,
@@ -219,6 +230,7 @@ impl NodePlan {
             Arena::bytes_of::<Open>(self.bundles),
             Arena::bytes_of::<u8>(self.bundles.saturating_mul(self.payload())),
             Arena::bytes_of::<u8>(self.payload()),
+            Arena::bytes_of::<Serve>(self.serves),
         ]);
         let table = match self.frames {
             0 => frame_table_bytes(0),

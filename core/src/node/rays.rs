@@ -1,5 +1,5 @@
 use super::rules::Rule;
-use super::slots::{RaySlot, Root, RootState, ShadowSlot, Stage};
+use super::slots::{FetchSlot, RaySlot, Root, RootState, ShadowSlot, Stage};
 use super::world::BUNDLE;
 use super::{Node, RayKind, Time, Traced, World};
 use crate::network::NodeId;
@@ -11,7 +11,7 @@ use crate::trace::Trail;
 /// Requests for a ray after which it is run at home.
 const RAY_TRIES: u8 = 5;
 /// Shadow rays traced in a step.
-const SHADOWS_PER_STEP: usize = 8;
+const SHADOWS_PER_STEP: u32 = 8;
 
 impl<W: World> Node<'_, W> {
     /// How many slots must stay free beside that of a new ray: one for each time that it, or what follows from it, needs
@@ -427,7 +427,7 @@ impl<W: World> Node<'_, W> {
     }
 
     /// Traces some of the shadow rays that wait, bundle by bundle.
-    pub(super) fn light(&mut self, now: Time) -> bool {
+    pub(super) fn light(&mut self, now: Time) -> u32 {
         if !self.draining {
             self.draining = true;
             let fresh = self.shadows.get_mut(..self.fresh).unwrap_or_default();
@@ -441,7 +441,7 @@ impl<W: World> Node<'_, W> {
             }
         }
         self.draining = self.fresh > 0;
-        true
+        SHADOWS_PER_STEP
     }
 
     /// Whether the last bundle is one that nothing can be in the way of: then it is done.
@@ -536,6 +536,9 @@ impl<W: World> Node<'_, W> {
 
     /// Asks again for blocks for which there was no frame: whether a ray can go on.
     pub(super) fn feed(&mut self, now: Time) -> bool {
+        if !self.fetches.iter().any(FetchSlot::is_free) {
+            return false;
+        }
         self.starved = false;
         let mut woken = false;
         for number in 0..self.rays.len() {

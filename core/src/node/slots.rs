@@ -163,6 +163,16 @@ impl Root {
     }
 }
 
+/// A block that another node has asked for.
+#[derive(Debug, Clone, Copy, Pod, Zeroable)]
+#[repr(C)]
+pub(super) struct Serve {
+    pub(super) block: u32,
+    pub(super) offset: u32,
+    pub(super) to: u16,
+    pub(super) _zero: u16,
+}
+
 /// A block that was requested.
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
@@ -186,6 +196,10 @@ pub(super) struct FetchSlot {
 impl FetchSlot {
     /// Pieces of a block, at most.
     pub(super) const PIECES: usize = 128;
+
+    pub(super) fn is_free(&self) -> bool {
+        self.state == 0
+    }
 
     pub(super) fn asked(&self) -> NodeId {
         NodeId(self.asked)

@@ -12,6 +12,7 @@
 //! | `fit` | leaves pushed down where a node would not fit a block |
 //! | `cut` | the tree in treelets that fit a block (Aila & Karras 2010) |
 //! | `pack`, `layout` | treelets into blocks, and every vertex to its place |
+//! | `order` | the blocks of the top of the tree get the first numbers |
 //! | `emit` | the bytes of each block |
 //!
 //! Sizes that grow with the scene are 32 bits wide. The result is a function of the model and the
@@ -27,6 +28,7 @@ mod frame;
 mod layout;
 mod lights;
 mod options;
+mod order;
 mod pack;
 mod pipeline;
 mod split;

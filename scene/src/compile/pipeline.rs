@@ -13,6 +13,7 @@ use super::frame::Placement;
 use super::layout::Source;
 use super::lights::{split_materials, useful};
 use super::options::{CompileError, Options, Progress, Stage};
+use super::order::order;
 use super::pack::pack;
 use super::stats::Stats;
 use super::surfaces::Surfaces;
@@ -57,7 +58,7 @@ pub fn compile(
     let parents = parents(&nodes);
     let total = nodes.len() as u64;
     let treelets = cut(source, &mut |done| progress.report(Stage::Cut, done, total));
-    let blocks = pack(source, &parents, &treelets);
+    let blocks = order(pack(source, &parents, &treelets), &nodes, &parents);
     progress.report(Stage::Cut, total, total);
     clock.stage(2);
 

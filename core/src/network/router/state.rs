@@ -30,7 +30,7 @@ impl Router<'_> {
 
     /// Puts the places of a queue one further.
     fn turn_round(&mut self, queue: usize) {
-        let depth = usize::from(self.size.depth);
+        let depth = self.depth(queue);
         let (slots, bytes) = (self.slot(queue, 0), self.bytes_at(queue, 0));
         let payload = usize::from(self.size.payload);
         self.memory.slots[slots..slots + depth].rotate_left(1);

@@ -74,7 +74,7 @@ impl<W: World> Node<'_, W> {
                 {
                     bytes.fill(0);
                 }
-                fetch.begun = ticks(NOW);
+                (fetch.begun, fetch.again) = (ticks(NOW), 0);
                 fetch.deadline = if fetch.state == 2 { LATER.0 } else { 0 };
             }
             s.pod(fetch);
@@ -91,13 +91,8 @@ impl<W: World> Node<'_, W> {
         s.len(&mut self.inbox_len);
         s.bytes(&mut self.inbox[..self.inbox_len]);
         s.pod(&mut self.inbox_from.0);
-        let mut serving = self
-            .serving
-            .map_or([0; 3], |(to, block, offset)| [u32::from(to.0) + 1, block, offset as u32]);
-        s.pod(&mut serving);
-        let [to, block, offset] = serving;
-        self.serving =
-            to.checked_sub(1).map(|to| (crate::network::NodeId(to as u16), block, offset as usize));
+        self.serves.snapshot(s);
+        s.len(&mut self.served);
         if self.settings.placement.copies() == 1 {
             // It changes nothing whom they suspect.
             self.suspects.fill(u16::MAX);
@@ -155,7 +150,7 @@ impl<W: World> Node<'_, W> {
             && self.fetches.iter().all(|fetch| fetch.state == 0)
             && self.outbox.is_empty()
             && self.inbox_at >= self.inbox_len
-            && self.serving.is_none()
+            && self.serves.is_empty()
             && self.router.is_idle()
     }
 }

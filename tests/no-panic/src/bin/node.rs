@@ -64,7 +64,7 @@ fn plan(mesh: Mesh, schedule: Schedule) -> Option<NodePlan> {
 #[inline(never)]
 fn any_plan() -> NodePlan {
     NodePlan {
-        router: RouterSize { ports: any(), classes: any(), depth: any(), payload: any() },
+        router: RouterSize { ports: any(), classes: any(), depth: any(), own: any(), payload: any() },
         bundles: any(),
         rays: any(),
         shadows: any(),
@@ -72,6 +72,7 @@ fn any_plan() -> NodePlan {
         visits: any(),
         side: any(),
         fetches: any(),
+        serves: any(),
         frames: any(),
         block_bytes: any(),
         owned: any(),
