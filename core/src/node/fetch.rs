@@ -26,6 +26,9 @@ impl<W: World> Node<'_, W> {
         }
         let free = self.fetches.iter().position(|fetch| fetch.state == FREE);
         let first = self.keeps(Rule::FrameFirst);
+        if !first && self.fetches.iter().any(|fetch| fetch.state != FREE && fetch.block == block) {
+            return;
+        }
         let cache = &mut self.blocks.cache;
         let Some(at) = free.filter(|_| !first || cache.reserve(block, Claim::Demand).is_ok())
         else {

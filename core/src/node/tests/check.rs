@@ -199,3 +199,4 @@ pub(super) fn describe(setup: &Setup, found: &Found) -> String {
 
 mod broken;
 mod instances;
+mod wander;

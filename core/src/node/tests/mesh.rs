@@ -24,8 +24,8 @@ pub(super) struct Setup {
     pub(super) replicas: u16,
     pub(super) refusals: u8,
     pub(super) group: u16,
-    /// Lengths in place of the least ones.
-    pub(super) plan: fn(NodeId, &mut NodePlan),
+    /// Memory beyond the least.
+    pub(super) more: More,
     /// Bundles do not wait for company.
     pub(super) hasty: bool,
     /// Time goes on, and time limits pass when they do. Otherwise each is somebody's choice: when nothing else
@@ -36,6 +36,18 @@ pub(super) struct Setup {
     /// What may go wrong yet.
     pub(super) faults: Faults,
     pub(super) broken: Option<Broken>,
+}
+
+/// Lengths beyond the least.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct More {
+    pub(super) rays: usize,
+    pub(super) visits: usize,
+    pub(super) shadows: usize,
+    pub(super) fetches: usize,
+    pub(super) frames: usize,
+    pub(super) bundles: usize,
+    pub(super) tiles: usize,
 }
 
 /// Faults, by kind.
@@ -145,7 +157,20 @@ impl Setup {
             depth: 1,
         };
         let mut plan = NodePlan::least(&needs);
-        (self.plan)(here, &mut plan);
+        let More { rays, visits, shadows, fetches, frames, bundles, tiles } = self.more;
+        plan.rays += rays;
+        if plan.visits > 0 {
+            plan.visits += visits;
+        }
+        if plan.shadows > 0 {
+            plan.shadows += shadows;
+        }
+        if remote > 0 {
+            plan.frames += frames;
+            plan.fetches += fetches;
+        }
+        plan.bundles += bundles;
+        plan.tiles += tiles;
         plan
     }
 }

@@ -5,7 +5,7 @@ mod state;
 mod toy;
 mod walks;
 
-use self::mesh::{Faults, Setup};
+use self::mesh::{Faults, More, Setup};
 use self::toy::Toy;
 use super::Schedule;
 use crate::network::Topology;
@@ -21,7 +21,7 @@ fn setup(topology: (&str, u32), schedule: Schedule, toy: Toy) -> Setup {
         replicas: 1,
         refusals: 1,
         group: 0,
-        plan: |_, _| {},
+        more: More::default(),
         hasty: false,
         timed: false,
         fused: true,
