@@ -126,7 +126,7 @@ pub struct Faults {
     pub loss: Rate,
     /// Of the packets, on each link: they arrive twice.
     pub duplicate: Rate,
-    /// Packets are delayed on each link by up to so much, evenly; they can overtake each other \[ns\].
+    /// Packets are delayed on each link by up to so much, evenly; one in sixteen can be overtaken by those behind it \[ns\].
     pub jitter: u64,
     /// Nodes whose work takes longer.
     pub slow: Vec<Slow>,

@@ -5,6 +5,8 @@ use kiloray_core::network::{NodeId, Topology};
 use kiloray_core::node::{Dealing, Schedule};
 use kiloray_scene::kilo::KiloFile;
 use kiloray_scene::{builtin, compile};
+use proptest::prelude::*;
+use std::sync::LazyLock;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 fn scene(name: &str, block_bytes: usize) -> KiloFile {
@@ -131,6 +133,73 @@ fn a_block_without_a_living_copy_is_named() {
     let lost = outcome.lost.expect("a block is named");
     assert_eq!(outcome.report.nodes.len(), 9);
     assert!(lost > 0 && lost < file.view().blocks());
+}
+
+/// A mesh in which everything is chosen by chance.
+fn any_options(file: &KiloFile) -> impl Strategy<Value = Options> {
+    let view = file.view().views()[0];
+    let shape = prop::sample::select(vec![
+        ("line", 1),
+        ("line", 4),
+        ("ring", 7),
+        ("mesh:3x3", 9),
+        ("torus:4x4", 16),
+        ("torus:3x2x3", 18),
+        ("hypercube", 8),
+        ("tree:2", 6),
+        ("full", 5),
+    ]);
+    let schedule = prop::sample::select(vec![Schedule::Hybrid, Schedule::Demand, Schedule::Data]);
+    let division = (shape, schedule, 0_usize..5, 1_u16..4, 1_u16..3, any::<bool>(), 0_u16..5);
+    let faults = (0_u32..40, 0_u32..40, 0_u64..20_000, 0_u64..3_000_000, any::<u64>());
+    (division, faults).prop_map(move |(division, (loss, duplicate, jitter, crash, seed))| {
+        let ((shape, nodes), schedule, memory, replicas, crashes, robin, group) = division;
+        let topology = Topology::parse(shape, nodes).expect("a shape that exists");
+        let mut options = Options::new(14, 11, view, topology);
+        options.settings.samples = 1;
+        options.settings.shadow_samples = 1;
+        options.memory = (24 << 10) << memory;
+        options.schedule = schedule;
+        options.replicas = replicas;
+        options.dealing = if robin { Dealing::RoundRobin } else { Dealing::Subtrees };
+        options.group = group;
+        options.seed = seed;
+        // Half of the runs are without each fault.
+        let rate = |of: u32| if of < 20 { Rate::default() } else { Rate { count: 1, of } };
+        options.faults.loss = rate(loss);
+        options.faults.duplicate = rate(duplicate);
+        options.faults.jitter = jitter.saturating_sub(10_000);
+        let mortal = crashes.min(replicas - 1).min(topology.nodes() - 1);
+        options.faults.crashes = (0..mortal)
+            .map(|k| Crash { node: NodeId((seed % 5) as u16 % topology.nodes() + k), at: crash })
+            .filter(|crash| crash.node.0 < topology.nodes())
+            .collect();
+        options
+    })
+}
+
+fn any_run() -> impl Strategy<Value = (&'static KiloFile, Options)> {
+    static FILES: LazyLock<[KiloFile; 2]> =
+        LazyLock::new(|| [scene("glass", 1024), scene("colour-cube:3", 2048)]);
+    let file = prop::sample::select(vec![&FILES[0], &FILES[1]]);
+    file.prop_flat_map(|file| (Just(file), any_options(file)))
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(32))]
+
+    #[test]
+    fn any_run_ends_with_the_picture((file, options) in any_run()) {
+        match run(file, &options) {
+            Ok(outcome) => {
+                prop_assert!(outcome.complete, "lost {:?}", outcome.lost);
+                prop_assert!(outcome.picture.pixels == reference(file, &options).pixels);
+            }
+            // The least memories are too small for some of the packets.
+            Err(Error::Budget(_)) => {}
+            Err(error) => prop_assert!(false, "{error}"),
+        }
+    }
 }
 
 #[test]

@@ -9,7 +9,13 @@ pub(crate) struct Fate {
     pub(crate) doubled: bool,
     /// Beyond its time \[ns\].
     pub(crate) delay: u64,
+    /// Those behind it do not wait for it: it can be overtaken.
+    pub(crate) strays: bool,
 }
+
+/// Of the packets that are delayed, so many can be overtaken. A link keeps the order else: what is overtaken counts as
+/// lost, so that a link without any order would carry next to nothing.
+const STRAYS: Rate = Rate { count: 1, of: 16 };
 
 /// The fate of the `number`-th packet of a link: a function of the seed and these.
 pub(crate) fn fate(faults: &Faults, seed: u64, link: u32, number: u64) -> Fate {
@@ -19,6 +25,7 @@ pub(crate) fn fate(faults: &Faults, seed: u64, link: u32, number: u64) -> Fate {
         lost: happens(faults.loss, draw(1)),
         doubled: happens(faults.duplicate, draw(2)),
         delay: scale(draw(3), faults.jitter.saturating_add(1)),
+        strays: faults.jitter > 0 && happens(STRAYS, draw(4)),
     }
 }
 
@@ -55,9 +62,11 @@ mod tests {
         // Five standard deviations.
         assert!((843..1157).contains(&lost), "{lost}");
         assert!((9525..10475).contains(&doubled), "{doubled}");
+        let strays = fates.iter().filter(|fate| fate.strays).count();
+        assert!((5867..6633).contains(&strays), "{strays}");
         assert!((445_000..455_000).contains(&delay), "{delay}");
         assert!(fates.iter().all(|fate| fate.delay <= 9));
         let none = fate(&Faults::default(), 7, 1, 1);
-        assert_eq!(none, Fate { lost: false, doubled: false, delay: 0 });
+        assert_eq!(none, Fate { lost: false, doubled: false, delay: 0, strays: false });
     }
 }

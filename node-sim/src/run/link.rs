@@ -15,6 +15,8 @@ pub(crate) struct LinkState {
     pub(crate) back: Port,
     /// It sends until then.
     pub(crate) busy_until: u64,
+    /// The last packet that is not overtaken arrives then.
+    pub(crate) last_arrival: u64,
     /// An event is entered for the end of what it sends.
     pub(crate) awaited: bool,
     /// Packets sent, control packets not counted.
@@ -51,6 +53,7 @@ impl Links {
                     to: far.map_or(u32::MAX, place),
                     back: mesh.reverse(id, port).unwrap_or(Port(0)),
                     busy_until: 0,
+                    last_arrival: 0,
                     awaited: false,
                     packets: 0,
                     control_packets: 0,

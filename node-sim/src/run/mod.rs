@@ -299,9 +299,15 @@ impl<'m, N: Actor<'m>, H: Actor<'m>> Run<'m, N, H> {
         if fate.lost {
             self.faults.lost += 1;
             self.packets.free(packet);
-        } else {
-            self.queue.push(arrival + fate.delay, Event::Arrive { link: index, packet });
+            return;
         }
+        let mut arrival = arrival + fate.delay;
+        if !fate.strays {
+            let link = self.links.get(index);
+            arrival = arrival.max(link.last_arrival);
+            link.last_arrival = arrival;
+        }
+        self.queue.push(arrival, Event::Arrive { link: index, packet });
     }
 
     /// A packet of an actor has left.
