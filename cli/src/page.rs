@@ -17,7 +17,7 @@ code{font:13px/1.4 ui-monospace,monospace;overflow-wrap:anywhere}\
 table{border-collapse:collapse}td,th{padding:.12rem 1rem .12rem 0;text-align:left;font-weight:normal;vertical-align:baseline}\
 thead th{border-bottom:1px solid var(--line)}td.n,th.n{text-align:right;font-variant-numeric:tabular-nums;white-space:nowrap}\
 .bar{display:inline-block;height:.7rem;background:var(--bar);vertical-align:middle}\
-.cards{display:grid;grid-template-columns:repeat(auto-fill,minmax(12.5rem,1fr));gap:.6rem;margin:1rem 0}\
+.cards{display:grid;grid-template-columns:repeat(auto-fill,minmax(14rem,1fr));gap:.6rem;margin:1rem 0}\
 .cards div{background:var(--panel);border-radius:.4rem;padding:.55rem .8rem}\
 .cards b{display:block;font-size:1.25rem;font-weight:600;font-variant-numeric:tabular-nums}.cards span{color:var(--soft);font-size:.82rem}\
 .beside{display:flex;flex-wrap:wrap;gap:1.6rem;align-items:flex-start}.beside>.rest{flex:1 1 28rem}.rest h2{margin-top:0}\

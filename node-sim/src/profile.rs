@@ -75,6 +75,16 @@ impl Profile {
     /// All profiles.
     pub const ALL: [Self; 4] = [Self::PC, Self::T800, Self::RP2350, Self::STM32F4];
 
+    /// What its figures are from, in words.
+    #[must_use]
+    pub fn source(&self) -> &'static str {
+        if *self == Self::PC {
+            "measured: one core of an AMD EPYC with AVX2, fitted to pictures rendered by one thread"
+        } else {
+            "worked out: operations counted in the source, times what the machine's papers say of one; right within a factor of two"
+        }
+    }
+
     /// The profile of this name.
     #[must_use]
     pub fn named(name: &str) -> Option<Self> {

@@ -126,13 +126,13 @@ fn product(name: &str) -> Option<u32> {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub(crate) enum Profile {
-    /// A core of the PC that it was calibrated on
+    /// A core of a PC, measured
     Pc,
-    /// Transputer, 25 MHz, of 1987
+    /// Transputer of 1987, 20 MHz
     T800,
-    /// Raspberry Pi's Cortex-M33 with FPU, 150 MHz
+    /// Raspberry Pi Pico 2: Cortex-M33 with FPU, 150 MHz
     Rp2350,
-    /// Cortex-M4F, 168 MHz
+    /// STM32F407: Cortex-M4F, 168 MHz
     Stm32f4,
 }
 

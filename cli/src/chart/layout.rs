@@ -45,6 +45,13 @@ impl Layout {
         }
     }
 
+    /// Whether all cells are upright boxes of one size.
+    pub(crate) fn is_of_boxes(&self) -> bool {
+        self.cells
+            .iter()
+            .all(|cell| matches!(cell, Cell::Box([_, _, w, h]) if *w == 1.0 && *h == 1.0))
+    }
+
     /// The middle of a node.
     pub(crate) fn middle(&self, node: usize) -> Option<[f64; 2]> {
         Some(match self.cells.get(node)? {

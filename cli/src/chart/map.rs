@@ -26,15 +26,18 @@ pub(crate) fn map(map: &Map<'_>, layout: &Layout) -> String {
     let [w, h] = layout.size;
     // Cells of a small mesh are no larger than needed; maps of one mesh are all alike.
     let scale = (WIDTH / w).min(WIDTH / h).min(26.0);
+    // Whole pixels, where cells are that large: no seams between them.
+    let scale = if scale >= 2.0 && layout.is_of_boxes() { scale.floor() } else { scale };
     let gap = if scale > 6.0 { 1.0 } else { 0.0 };
     let [low, high] = map.range;
     let mut svg = format!(
-        "<figure class=\"map\"><figcaption>{}</figcaption><svg width=\"{:.0}\" height=\"{:.0}\" viewBox=\"0 0 {:.1} {:.1}\" role=\"img\" aria-label=\"{}\">",
+        "<figure class=\"map\"><figcaption>{}</figcaption><svg width=\"{:.0}\" height=\"{:.0}\" viewBox=\"0 0 {:.1} {:.1}\" shape-rendering=\"{}\" role=\"img\" aria-label=\"{}\">",
         map.title,
         w * scale,
         h * scale,
         w * scale,
         h * scale,
+        if layout.is_of_boxes() { "crispEdges" } else { "auto" },
         map.title,
     );
     let step = |value: f64| heat(if high > low { (value - low) / (high - low) } else { 0.0 });
@@ -47,7 +50,7 @@ pub(crate) fn map(map: &Map<'_>, layout: &Layout) -> String {
         let group = groups.entry(key).or_insert_with(|| (colour, String::new()));
         // Writing to a string does not fail.
         let _ = if titled {
-            let text = value.map_or_else(|| "crashed".into(), |value| (map.text)(value));
+            let text = value.map_or_else(|| "none".into(), |value| (map.text)(value));
             write!(group.1, "<path d=\"{path}\"><title>node {node}: {text}</title></path>")
         } else {
             write!(group.1, "{path}")

@@ -6,6 +6,6 @@ mod lines;
 mod map;
 
 pub(crate) use ink::{SERIES, css, heat};
-pub(crate) use layout::{Cell, Layout};
+pub(crate) use layout::Layout;
 pub(crate) use lines::{Line, Lines, Mark, Scale};
 pub(crate) use map::{Map, map, scale_bar};

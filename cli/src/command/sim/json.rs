@@ -18,6 +18,7 @@ impl Run<'_> {
             "version": env!("CARGO_PKG_VERSION"),
             "options": self.options_json(),
             "complete": outcome.complete,
+            "profile_source": self.options.profile.source(),
             "lost_block": outcome.lost,
             "image_hash": self.done.image_hash,
             "image_hash_kind": "blake3",
@@ -99,15 +100,24 @@ impl Run<'_> {
         })
     }
 
-    /// The same, and all that the page draws.
-    pub(in crate::command) fn as_json_with_details(&self) -> Value {
+    /// The same, and all that the page draws: a line for each field, node and link.
+    pub(in crate::command) fn as_json_with_details(&self) -> String {
         let mut json = self.as_json();
         let report = &self.done.outcome.report;
         json["mesh"] = json!(report.mesh);
         json["timeline"] = json!(report.timeline);
-        json["per_node"] = json!(report.nodes);
-        json["per_link"] = json!(report.links);
-        json
+        let mut fields: Vec<_> = json
+            .as_object()
+            .into_iter()
+            .flatten()
+            .map(|(name, value)| format!("\"{name}\": {value}"))
+            .collect();
+        let list = |items: Vec<String>| format!("[\n{}\n]", items.join(",\n"));
+        let nodes = report.nodes.iter().map(|node| json!(node).to_string());
+        fields.push(format!("\"per_node\": {}", list(nodes.collect())));
+        let links = report.links.iter().map(|link| json!(link).to_string());
+        fields.push(format!("\"per_link\": {}", list(links.collect())));
+        format!("{{\n{}\n}}\n", fields.join(",\n"))
     }
 
     fn options_json(&self) -> Value {

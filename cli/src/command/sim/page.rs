@@ -43,6 +43,7 @@ pub(super) fn page(run: &Run<'_>, shown: &Shown<'_>) -> String {
     rays(&mut page, run);
     faults(&mut page, run);
     the_run(&mut page, run, shown);
+    machine(&mut page, run);
     for note in &run.scene.notes {
         page.text(format_args!("Note: {note}"));
     }
@@ -289,6 +290,31 @@ fn the_run(page: &mut Page, run: &Run<'_>, shown: &Shown<'_>) {
     if let Some(link) = run.busiest_link() {
         page.soft(format_args!("The busiest link is {}.", link_name(link)));
     }
+}
+
+/// What the virtual time is made of.
+fn machine(page: &mut Page, run: &Run<'_>) {
+    let p = &run.options.profile;
+    page.heading("What operations take");
+    page.text(format_args!("Profile {}, {}.", p.name, p.source()));
+    let each = |name: &str, ns: f64| {
+        vec![name.to_owned(), if ns < 1.0 { format!("{ns:.3} ns") } else { format!("{ns:.1} ns") }]
+    };
+    let rows = [
+        ("a node of the tree: eight boxes", p.node),
+        ("a record of a leaf: up to four triangles", p.leaf),
+        ("entering a block", p.block),
+        ("a ray, begun or gone on with", p.ray),
+        ("a shadow ray, begun or gone on with", p.shadow_ray),
+        ("shading a hit", p.shading),
+        ("estimating a light", p.light),
+        ("making a shadow ray", p.light_sample),
+        ("clipping a bundle", p.clip),
+        ("a message, in or out", p.message),
+        ("copying a byte", p.copy),
+        ("checking a byte of a block", p.check),
+    ];
+    page.table(&["operation", "time"], &rows.map(|(name, ns)| each(name, ns)));
 }
 
 fn part(of: u64, all: u64) -> f64 {

@@ -116,6 +116,17 @@ fn every_topology_has_its_page() {
 }
 
 #[test]
+fn the_details_are_json_with_every_node_and_link() {
+    with_run("--topology mesh:3x3", true, |run| {
+        let json: serde_json::Value = serde_json::from_str(&run.as_json_with_details()).unwrap();
+        let count = |name: &str| json[name].as_array().unwrap().len();
+        assert_eq!((count("per_node"), count("per_link")), (9, 24));
+        assert_eq!(json["per_node"][4]["time"]["idle_data"], 1_000_000 - 444_444);
+        assert_eq!(json["nodes"], 9);
+    });
+}
+
+#[test]
 fn the_trace_is_json_with_a_track_for_each_node() {
     with_run("--nodes 4", true, |run| {
         let mut bytes = Vec::new();

@@ -106,7 +106,7 @@ fn network(run: &Run<'_>, layout: &Layout, most: f64, busy: &dyn Fn(&LinkReport)
         // A link that closes a ring leaves on the other side.
         let is_far = length > 1.5
             && layout.size.iter().any(|&size| size > 2.0 && length > size - 1.5)
-            && layout.cells.iter().all(|cell| matches!(cell, crate::chart::Cell::Box(_)));
+            && layout.is_of_boxes();
         let sign = if is_far { -1.0 } else { 1.0 };
         let along = delta.map(|d| sign * d / length);
         let reach = if is_far { 0.72 } else { (length - 0.28).min(0.72) };

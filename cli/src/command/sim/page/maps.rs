@@ -21,21 +21,24 @@ pub(super) fn draw(page: &mut Page, run: &Run<'_>, layout: &Layout) {
             format!(" The host is attached at {}.", all.join(", "))
         }
     };
-    page.soft(format_args!("{}{host}", layout.legend));
+    let crashed = report.nodes.iter().any(|node| node.crashed_ns.is_some());
+    let crashed = if crashed { " Nodes that crashed are grey in the maps of time." } else { "" };
+    page.soft(format_args!("{}{host}{crashed}", layout.legend));
     page.raw("<div class=\"maps\">\n");
     let all = report.virtual_ns.max(1) as f64;
     let time = |ns: u64| ns as f64 / all;
+    let alive = |n: &NodeReport, ns: u64| n.crashed_ns.is_none().then(|| time(ns));
     let whole = Some(1.0);
-    draw_one(page, run, layout, "at work", whole, &percent, &|n| Some(time(n.time.busy())));
-    draw_one(page, run, layout, "idle", whole, &percent, &|n| Some(time(n.time.idle())));
+    draw_one(page, run, layout, "at work", whole, &percent, &|n| alive(n, n.time.busy()));
+    draw_one(page, run, layout, "idle", whole, &percent, &|n| alive(n, n.time.idle()));
     let mut own =
         |title: &str, text: &dyn Fn(f64) -> String, of: &dyn Fn(&NodeReport) -> Option<f64>| {
             draw_one(page, run, layout, title, None, text, of);
         };
-    own("idle: waiting for blocks", &percent, &|n| Some(time(n.time.idle_data)));
-    own("idle: waiting for answers", &percent, &|n| Some(time(n.time.idle_answers)));
-    own("idle: waiting for room to send", &percent, &|n| Some(time(n.time.idle_credit)));
-    own("idle: without work", &percent, &|n| Some(time(n.time.idle_work)));
+    own("idle: waiting for blocks", &percent, &|n| alive(n, n.time.idle_data));
+    own("idle: waiting for answers", &percent, &|n| alive(n, n.time.idle_answers));
+    own("idle: waiting for room to send", &percent, &|n| alive(n, n.time.idle_credit));
+    own("idle: without work", &percent, &|n| alive(n, n.time.idle_work));
     own("communicating", &percent, &|n| {
         Some(time(n.time.messages + n.time.copies + n.time.checks))
     });
