@@ -5,7 +5,7 @@ use kiloray_scene::builtin;
 use kiloray_scene::compile::{Options, compile};
 use kiloray_scene::kilo::KiloFile;
 
-use crate::{Target, mesh};
+use crate::{Target, mesh, node};
 
 /// The seeds of a target: the files of `corpus/TARGET` by name, for what is binary made of a built-in scene and all messages.
 #[must_use]
@@ -15,6 +15,7 @@ pub fn seeds(target: Target) -> Vec<Vec<u8>> {
         Target::Compile => files("rad"),
         Target::Packet => mesh::packets(),
         Target::Ray => mesh::rays(),
+        Target::Node => node::streams(),
         _ => files(target.name()),
     }
 }

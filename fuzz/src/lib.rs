@@ -11,6 +11,7 @@
 mod corpus;
 mod mesh;
 mod mutate;
+mod node;
 mod run;
 mod target;
 

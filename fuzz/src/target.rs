@@ -5,7 +5,7 @@ use kiloray_scene::compile::{Options, compile};
 use kiloray_scene::import::{self, ImportOptions, Limits};
 use kiloray_scene::kilo::KiloFile;
 
-use crate::mesh;
+use crate::{mesh, node};
 
 /// A parser, and how it is fed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -28,11 +28,13 @@ pub enum Target {
     Packet,
     /// A ray of another node, with its best hit and trail.
     Ray,
+    /// All that a node of a mesh is told while it renders.
+    Node,
 }
 
 impl Target {
     /// All of them.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 10] = [
         Self::Rad,
         Self::Obj,
         Self::Mtl,
@@ -42,6 +44,7 @@ impl Target {
         Self::Compile,
         Self::Packet,
         Self::Ray,
+        Self::Node,
     ];
 
     /// Its name on the command line and in the corpus.
@@ -57,13 +60,14 @@ impl Target {
             Self::Compile => "compile",
             Self::Packet => "packet",
             Self::Ray => "ray",
+            Self::Node => "node",
         }
     }
 
     /// Whether its inputs are words.
     #[must_use]
     pub const fn is_text(self) -> bool {
-        !matches!(self, Self::Kilo | Self::Packet | Self::Ray)
+        !matches!(self, Self::Kilo | Self::Packet | Self::Ray | Self::Node)
     }
 
     /// The target of this name.
@@ -95,6 +99,7 @@ impl Target {
             },
             Self::Packet => mesh::feed_packet(input),
             Self::Ray => mesh::feed_ray(input),
+            Self::Node => node::feed(input),
             Self::Compile => {
                 write(dir, "a.rad", input);
                 let options = ImportOptions { limits: limits(), ..ImportOptions::default() };

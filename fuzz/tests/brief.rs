@@ -56,3 +56,23 @@ fn packet() {
 fn ray() {
     brief(Target::Ray, 3000);
 }
+
+#[test]
+fn node() {
+    brief(Target::Node, 200);
+}
+
+/// The seeds bring a node to all that it can do.
+#[test]
+fn a_node_renders_what_it_is_told_to() {
+    let answers: Vec<_> =
+        seeds(Target::Node).iter().map(|seed| Run::replay(Target::Node, seed).unwrap()).collect();
+    for (answer, parts) in answers.iter().zip([
+        ["tiles", "visitors", "evictions"],
+        // It has no room for visitors: none is to be expected.
+        ["tiles", "unasked", "evictions"],
+        ["tiles", "visitors", "home"],
+    ]) {
+        assert!(parts.iter().all(|part| answer.contains(part)), "{answers:?}");
+    }
+}
