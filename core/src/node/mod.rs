@@ -2,7 +2,8 @@
 //!
 //! [`Node`] is plain functions from its state, the packets in its router and a time to a new state, packets and counted [`Work`]:
 //! it waits for nothing, reads no clock and holds no link. A host (the simulator, a process, a board) calls [`Node::poll`], carries packets between
-//! [routers](crate::network::Router), and turns work into time or lets it take its own.
+//! [routers](crate::network::Router), and turns work into time or lets it take its own. [`run`] does so as one `async fn`, over links and a clock
+//! that a process or a board gives it.
 //!
 //! # What it holds
 //!
@@ -46,6 +47,7 @@ mod rays;
 mod rom;
 mod rules;
 mod settings;
+mod shell;
 mod slots;
 #[cfg(test)]
 mod tests;
@@ -59,5 +61,6 @@ pub use placement::{Dealing, Placement};
 pub use plan::{NodeNeeds, NodePlan};
 pub use rom::{Missing, Rom};
 pub use settings::{Prefetch, RayKind, Schedule, Settings, TaskOrder};
+pub use shell::{Actor, Clock, Joint, Receive, Transmit, run};
 pub use work::{Lack, Next, Progress, Time, Work};
 pub use world::{Lights, Picture, Traced, World};
