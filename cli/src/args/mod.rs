@@ -41,10 +41,22 @@ pub(crate) enum Command {
     #[command(after_help = text::RENDER, args_override_self = true)]
     Render(Box<Render>),
     /// Render a scene on a simulated mesh of nodes, and show what it costs
-    #[command(after_help = text::SIM, args_override_self = true)]
+    #[command(
+        after_help = text::SIM,
+        args_override_self = true,
+        mut_arg("memory", |arg| arg.help(text::NODE_MEMORY)),
+        mut_arg("threads", |arg| arg.help(text::SIM_THREADS))
+    )]
     Sim(Box<Sim>),
     /// Simulate every combination of some options: a table, plots and a page
-    #[command(after_help = text::SWEEP, args_override_self = true)]
+    #[command(
+        after_help = text::SWEEP,
+        args_override_self = true,
+        mut_arg("memory", |arg| arg.help(text::NODE_MEMORY)),
+        mut_arg("threads", |arg| arg.help(text::SWEEP_THREADS)),
+        mut_arg("json", |arg| arg.help(text::SWEEP_JSON)),
+        mut_arg("report", |arg| arg.hide(true))
+    )]
     Sweep(Box<Sweep>),
     /// Compile a scene to a .kilo file of blocks, and print what it needs
     #[command(after_help = text::COMPILE, args_override_self = true)]

@@ -51,6 +51,17 @@ run ends with an error, and what was rendered is marked as incomplete.
 efficiency = T1 / (nodes x TN), with T1 the virtual time of one node of the same profile that has
 the whole scene in its memory. The page of --report shows what the rest was lost to.";
 
+pub(super) const NODE_MEMORY: &str = "\
+Memory of each node for all that it holds, as in 64KiB; the blocks it owns are read-only and apart \
+[default: 256KiB]";
+
+pub(super) const SIM_THREADS: &str = "\
+1: the one node that efficiency is measured against runs after the mesh, not at the same time";
+
+pub(super) const SWEEP_THREADS: &str = "Points that are simulated at once [default: all cores]";
+
+pub(super) const SWEEP_JSON: &str = "Write all points as JSON ('-' for the standard output)";
+
 pub(super) const SWEEP: &str = "\
 Examples:
   kiloray sweep glass --over nodes=1..256 -o speed-up

@@ -93,8 +93,9 @@ fn the_json_has_what_scripts_rely_on() {
     assert!(efficiency > 0.0 && efficiency < 1.2, "{efficiency}");
     assert!((efficiency + lost - 1.0).abs() < 1e-6, "{efficiency} and {lost}");
     assert_eq!(folder.names(), ["cornell.png", "sim.json"]);
-    // The same command, the same run: all but the wall clock.
-    let mut runs = [run, folder.sim(&line)];
+    // The same command, the same run, one after the other or both at once: all but the wall clock.
+    let mut runs = [run, folder.sim(&format!("{line} --threads 1"))];
+    runs[1]["options"]["threads"] = Value::Null;
     for run in &mut runs {
         let fields = run.as_object_mut().unwrap();
         assert!(fields.remove("time_s").is_some() && fields.remove("mesh_s").is_some());

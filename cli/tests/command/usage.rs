@@ -71,6 +71,7 @@ fn help_teaches() {
         "--owned-in-arena",
         "--trace",
         "--no-baseline",
+        "256KiB",
     ] {
         assert!(help.contains(option), "no '{option}' in: {help}");
     }

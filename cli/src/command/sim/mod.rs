@@ -67,7 +67,10 @@ pub(super) fn run(sim: &args::Sim) -> Outcome {
     let files = common.report.as_deref().map(html::Files::create).transpose()?;
     scene.print_notes(quiet);
 
-    let done = run::run(&scene, &options, !sim.no_baseline, cancel, quiet)?;
+    let done = {
+        let at_once = common.threads != Some(1);
+        run::run(&scene, &options, !sim.no_baseline, at_once, cancel, quiet)?
+    };
     let complete = done.outcome.complete;
     let output = if complete { output } else { output.incomplete() };
     let path = output.path().to_owned();

@@ -50,11 +50,12 @@ impl Done {
     }
 }
 
-/// Simulates the mesh and, on a second thread at the same time, the one node to compare it with.
+/// Simulates the mesh and, on a second thread (at the same time, or after it), the one node to compare it with.
 pub(super) fn run(
     scene: &Scene,
     options: &Options,
     with_baseline: bool,
+    at_once: bool,
     cancel: &AtomicBool,
     quiet: bool,
 ) -> Outcome<Done> {
@@ -63,16 +64,16 @@ pub(super) fn run(
     let is_over = AtomicBool::new(false);
     let bar = OnceLock::new();
     let result = thread::scope(|scope| {
-        let second = one.as_ref().map(|one| {
-            let (is_over, bar) = (&is_over, &bar);
-            scope.spawn(move || baseline(scene, one, cancel, is_over, bar))
-        });
+        let (is_over, bar) = (&is_over, &bar);
+        let begin = |one| scope.spawn(move || baseline(scene, one, cancel, is_over, bar));
+        let (now, later) = if at_once { (one.as_ref(), None) } else { (None, one.as_ref()) };
+        let second = now.map(begin);
         let result = mesh(scene, options, cancel, quiet);
         let mesh_s = start.elapsed().as_secs_f64();
         if !matches!(&result, Ok(outcome) if outcome.complete) {
             is_over.store(true, Ordering::Relaxed);
         }
-        let baseline = second.and_then(|thread| {
+        let baseline = second.or_else(|| later.map(begin)).and_then(|thread| {
             let pixels = u64::from(options.width) * u64::from(options.height);
             let _ = bar.set(Progress::new("one node", pixels, quiet));
             thread.join().ok().flatten()
