@@ -227,7 +227,7 @@ fn pictures() -> impl Strategy<Value = Expected> {
 
 /// Nodes of these speeds, in eighths of the time of a tile.
 fn meshes(eighths: std::ops::Range<u64>) -> impl Strategy<Value = Vec<Node>> {
-    let node = (eighths, 1_u32..6);
+    let node = (eighths, prop_oneof![1_u32..6, 1_u32..40]);
     prop::collection::vec(node, 1..14).prop_map(|nodes| {
         (0..).zip(nodes).map(|(id, (eighths, wants))| Node::new(id, eighths, wants)).collect()
     })
