@@ -19,7 +19,7 @@ use crate::picture::{Done, PictureError, Pixels, SIZE, camera, shader};
 const SIDE: u32 = 8;
 const SCHEDULE: Schedule = Schedule::Hybrid;
 /// What the host and the link take beside the node's arena.
-pub(crate) const BESIDE_BYTES: usize = 4 << 10;
+pub(crate) const BESIDE_BYTES: usize = 2 << 10;
 
 const ONE: Topology = Topology::Full { nodes: 1 };
 const HERE: NodeId = NodeId(0);
@@ -69,8 +69,9 @@ fn plan(file: &KiloView<'_>, mesh: Mesh, bytes: usize) -> Result<NodePlan, Pictu
         splits: if specular { usize::from(SPLITS) } else { 0 },
         schedule: SCHEDULE,
         side: SIDE as usize,
-        packet: 0,
-        depth: 0,
+        // Tiles are all that is said: the least does.
+        packet: 256,
+        depth: 1,
     };
     NodePlan::new(bytes, &needs).map_err(PictureError::Memory)
 }
