@@ -45,7 +45,7 @@ const REPEATS: usize = 5;
 fn main() -> Result<(), Failure> {
     let seen = SEEN.map(measure);
     let unseen = UNSEEN.map(measure);
-    let rows: Vec<_> = seen.iter().flatten().copied().collect();
+    let rows: Vec<_> = seen.iter().flatten().map(|m| (m.counts, m.ns)).collect();
     let fitted = fit(&rows);
     println!("{:#?}", with_terms(fitted, copy_ns(), check_ns()?));
     print("seen", &SEEN, seen, fitted)?;
@@ -56,22 +56,40 @@ fn main() -> Result<(), Failure> {
 fn print<const N: usize>(
     title: &str,
     scenes: &[(&str, u32, u32); N],
-    measured: [Result<([f64; TERMS], f64), Failure>; N],
+    measured: [Result<Measured, Failure>; N],
     fitted: [f64; TERMS],
 ) -> Result<(), Failure> {
-    println!("{title}: picture, measured and predicted ms, error");
+    println!(
+        "{title}: picture, measured ms; by this fit, error; by `sim --nodes 1 --profile pc`, error"
+    );
     for (&(scene, side, samples), measured) in scenes.iter().zip(measured) {
-        let (counts, ns) = measured?;
-        let predicted: f64 = counts.iter().zip(fitted).map(|(n, each)| n * each).sum();
-        let error = 100.0 * (predicted / ns - 1.0);
-        let (ns, predicted) = (ns / 1e6, predicted / 1e6);
-        println!("{scene:<16} {side:>4}² × {samples:<3} {ns:9.3} {predicted:9.3} {error:+6.1} %");
+        let Measured { counts, ns, simulated } = measured?;
+        let fit: f64 = counts.iter().zip(fitted).map(|(n, each)| n * each).sum();
+        let error = |predicted: f64| 100.0 * (predicted / ns - 1.0);
+        println!(
+            "{scene:<16} {side:>4}² × {samples:<3} {:9.3}; {:9.3} {:+6.1} %; {:9.3} {:+6.1} %",
+            ns / 1e6,
+            fit / 1e6,
+            error(fit),
+            simulated / 1e6,
+            error(simulated)
+        );
     }
     Ok(())
 }
 
-/// The operations of one simulated node, and the time of one thread [ns].
-fn measure((scene, side, samples): (&str, u32, u32)) -> Result<([f64; TERMS], f64), Failure> {
+/// A picture by one simulated node and by one thread.
+#[derive(Clone, Copy)]
+struct Measured {
+    /// Operations of the node.
+    counts: [f64; TERMS],
+    /// The time of the thread [ns].
+    ns: f64,
+    /// The virtual time of the node, with the present profile [ns].
+    simulated: f64,
+}
+
+fn measure((scene, side, samples): (&str, u32, u32)) -> Result<Measured, Failure> {
     let model = builtin::build(scene)?;
     let options = compile::Options { block_bytes: 16 << 10 };
     let file = KiloFile::from_compiled(compile::compile(&model, &options, &mut ())?);
@@ -82,8 +100,8 @@ fn measure((scene, side, samples): (&str, u32, u32)) -> Result<([f64; TERMS], f6
     options.memory = 4 << 20;
     let cancel = AtomicBool::new(false);
     let control = Control { cancel: &cancel, progress: &|_| {} };
-    let totals = simulate(&file, &options, &control)?.report.totals;
-    let terms = terms(&totals.work, file.lights().len());
+    let report = simulate(&file, &options, &control)?.report;
+    let counts = terms(&report.totals.work, file.lights().len());
     let plain = kiloray_render::Options {
         settings: options.settings,
         threads: 1,
@@ -96,7 +114,7 @@ fn measure((scene, side, samples): (&str, u32, u32)) -> Result<([f64; TERMS], f6
         black_box(kiloray_render::render(&file, &plain, &control)?);
         least = least.min(begin.elapsed().as_nanos() as f64);
     }
-    Ok((terms, least))
+    Ok(Measured { counts, ns: least, simulated: report.virtual_ns as f64 })
 }
 
 fn terms(work: &Work, lights: usize) -> [f64; TERMS] {

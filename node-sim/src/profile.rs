@@ -46,18 +46,18 @@ impl Profile {
     /// reading a short one.
     pub const PC: Self = Self {
         name: "pc",
-        node: 21.1,
-        leaf: 17.7,
-        block: 32.0,
-        ray: 133.0,
-        shadow_ray: 30.8,
-        shading: 229.0,
-        light: 12.2,
-        light_sample: 127.5,
-        clip: 762.0,
+        node: 24.6,
+        leaf: 17.2,
+        block: 28.9,
+        ray: 152.0,
+        shadow_ray: 30.9,
+        shading: 286.0,
+        light: 14.5,
+        light_sample: 125.2,
+        clip: 909.0,
         message: 50.0,
-        copy: 0.021,
-        check: 2.86,
+        copy: 0.024,
+        check: 0.95,
     };
 
     /// INMOS T800 at 20 MHz: 1.5 million floating-point operations and 10 million instructions a second (data sheet), with memory

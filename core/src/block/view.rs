@@ -33,7 +33,11 @@ pub struct BlockLimits {
 /// The checksum of blocks and files: CRC-32 (ISO-HDLC).
 #[must_use]
 pub fn checksum(bytes: &[u8]) -> u32 {
-    const CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
+    #[cfg(feature = "wide-checksum")]
+    type Tables = crc::Table<16>;
+    #[cfg(not(feature = "wide-checksum"))]
+    type Tables = crc::Table<1>;
+    static CRC: Crc<u32, Tables> = Crc::<u32, Tables>::new(&CRC_32_ISO_HDLC);
     CRC.checksum(bytes)
 }
 
