@@ -11,13 +11,18 @@ use crate::picture::{Pixels, SIZE};
 /// Replies to a packet: none is longer than twice what it replies to, and few packets are full of short requests.
 const REPLIES_BYTES: usize = 64;
 
-/// The host of a mesh whose links lose nothing: then the pixels of a tile come once and in order.
+/// Tiles of the picture, at most.
+const TILES: usize = 64;
+
+/// The host of a mesh whose links lose nothing: then each pixel comes once, in any order.
 pub(crate) struct Host<'a> {
     router: Router<'a>,
     shader: Shader<'a>,
     tiling: Tiling,
     pixels: &'a mut Pixels,
-    /// Tiles that were given, and those that are there.
+    /// Pixels that are there, by tile.
+    there: [u32; TILES],
+    /// Tiles that were given, and those that are complete.
     given: u32,
     done: u32,
     /// A block that no node has, or what else went wrong.
@@ -42,7 +47,16 @@ impl<'a> Host<'a> {
         };
         let short = ArenaFull { need: size.bytes(), have: 0 };
         let router = Router::new(mesh, HOST, size, memory).ok_or(short)?;
-        Ok(Self { router, shader, tiling, pixels, given: 0, done: 0, failed: false })
+        Ok(Self {
+            router,
+            shader,
+            tiling,
+            pixels,
+            there: [0; TILES],
+            given: 0,
+            done: 0,
+            failed: false,
+        })
     }
 
     /// Its end of the links.
@@ -62,7 +76,7 @@ impl<'a> Host<'a> {
 
     /// Takes the requests that have arrived, as long as there is room to reply.
     pub(crate) fn poll(&mut self) {
-        let Self { router, shader, tiling, pixels, given, done, failed } = self;
+        let Self { router, shader, tiling, pixels, there, given, done, failed } = self;
         while router.room(Channel::Reply) > 0 {
             let Some((from, payload)) = router.arrived(Channel::Request) else { return };
             let mut replies = [0; REPLIES_BYTES];
@@ -75,7 +89,7 @@ impl<'a> Host<'a> {
                         Message::Grant { number, first, count, wait: 0 }
                     }
                     Message::Pixels { tile, first, sums } => {
-                        match enter(tiling, shader, pixels, (tile, first), sums) {
+                        match enter(tiling, shader, pixels, there, (tile, first), sums) {
                             Some(true) => {
                                 *done += 1;
                                 Message::Accepted { tile }
@@ -104,11 +118,12 @@ impl<'a> Host<'a> {
     }
 }
 
-/// Writes a run of pixels of a tile: whether they are the tile's last. `None` if there is no such run.
+/// Writes a run of pixels of a tile: whether the tile is complete then. `None` if there is no such run.
 fn enter(
     tiling: &Tiling,
     shader: &Shader<'_>,
     pixels: &mut Pixels,
+    there: &mut [u32; TILES],
     (place, first): (u32, u32),
     sums: &[u8],
 ) -> Option<bool> {
@@ -123,5 +138,7 @@ fn enter(
         *pixel = shader.unit().resolve(sum, settings.samples).to_array();
         next += 1;
     }
-    Some(next == tile.width * tile.height)
+    let there = there.get_mut(place as usize)?;
+    *there += next - first;
+    Some(*there == tile.width * tile.height)
 }
