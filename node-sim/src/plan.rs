@@ -1,7 +1,7 @@
 use kiloray_core::block::KiloView;
 use kiloray_core::network::{Mesh, NodeId};
 use kiloray_core::node::NodePlan;
-use kiloray_core::store::Budget;
+use kiloray_core::store::{Budget, BudgetError};
 
 use crate::check::check;
 use crate::layout::Layout;
@@ -34,21 +34,34 @@ pub struct NodeShare {
 pub fn plan(file: &KiloView<'_>, options: &Options) -> Result<MeshPlan, Error> {
     check(options)?;
     let mesh = Mesh::new(options.topology);
-    let layout = Layout::new(file, options, &mesh)?;
+    let (least, short) = least(file, options, &mesh)?;
+    let layout = Layout::new(file, options, &mesh).map_err(|error| match (error, short) {
+        // What is needed in the end, as a little more memory alone may bring greater tiles.
+        (Error::Budget(_), Some(short)) => {
+            Error::Budget(BudgetError { memory: options.memory, ..short })
+        }
+        (error, _) => error,
+    })?;
     let nodes =
         layout.plans.iter().zip(&layout.budgets).zip(0..).map(|((&plan, &budget), node)| {
             NodeShare { plan, budget, owned: layout.owned(NodeId(node)) }
         });
-    Ok(MeshPlan { nodes: nodes.collect(), least: least(file, options, &mesh)? })
+    Ok(MeshPlan { nodes: nodes.collect(), least })
 }
 
-/// From nothing up: what is too small names what it needs. (More memory may need more: longer packets, greater tiles.)
-fn least(file: &KiloView<'_>, options: &Options, mesh: &Mesh) -> Result<usize, Error> {
-    let mut memory = 0;
+/// The least memory that works, and what is needed where there is less: from nothing up, each that is too small names what it needs.
+fn least(
+    file: &KiloView<'_>,
+    options: &Options,
+    mesh: &Mesh,
+) -> Result<(usize, Option<BudgetError>), Error> {
+    let (mut memory, mut short) = (0, None);
     loop {
         match Layout::new(file, &Options { memory, ..options.clone() }, mesh) {
-            Err(Error::Budget(error)) if error.need() > memory => memory = error.need(),
-            other => return other.map(|_| memory),
+            Err(Error::Budget(error)) if error.need() > memory => {
+                (memory, short) = (error.need(), Some(error));
+            }
+            other => return other.map(|_| (memory, short)),
         }
     }
 }

@@ -25,7 +25,10 @@ fn the_budget_of_a_node_of_a_mesh_is_the_simulators() {
         folder.run(&format!("plan colour-cube --block 4KiB --nodes 16 --memory {memory}"))
     };
     let _ = at(least).done();
-    at(least - 1).refused(1, &["too small", "block frames"]);
+    let need = format!("at least {least} bytes");
+    for memory in [least - 1, 4096] {
+        at(memory).refused(1, &["too small", "block frames", &need]);
+    }
 }
 
 #[test]
