@@ -11,12 +11,17 @@ pub struct PortState {
     pub(super) receivers: [CreditReceiver; LANES],
     /// The limits that the far end was last told.
     told: [Sequence; LANES],
-    /// The queue after the one that was served last.
+    /// The queue after the one that was served last in its turn.
     pub(super) turn: u16,
     /// Why a control packet is to be sent: 0, [`TELL`] or [`ASK`].
     pub(super) control: u8,
-    _zero: u8,
+    /// How often in a row a more urgent packet went before one whose turn it was.
+    pub(super) passed: u8,
 }
+
+/// So often in a row an urgent packet may go before one whose turn it is. One that waits for ever would stop all behind it, the
+/// urgent ones too.
+pub(super) const PASSED_MAX: u8 = 3;
 
 /// The far end has asked, or one that is new to it has been accounted for.
 pub(super) const TELL: u8 = 1;
@@ -32,7 +37,7 @@ impl PortState {
             told: [receiver.limit(); LANES],
             turn: 0,
             control: 0,
-            _zero: 0,
+            passed: 0,
         }
     }
 

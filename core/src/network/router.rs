@@ -1,6 +1,6 @@
 use super::buffers::{ARRIVED, Fifo, RouterMemory, RouterSize, Slot};
 use super::packet::{Channel, LANES, Lane, PacketHeader};
-use super::port::{ASK, PortState, TELL};
+use super::port::{ASK, PASSED_MAX, PortState, TELL};
 use super::{Arrival, CreditSender, Mesh, NodeId, Port, Sequence};
 
 /// What became of a packet that came over a link.
@@ -26,7 +26,7 @@ pub struct Busy;
 ///
 /// A packet lies in a buffer of the link and lane it came by until the next link has credit for it, or the node
 /// consumes it. Lanes never wait for each other. Of the packets that could leave by a port the most urgent goes first, and among equals
-/// the queues take turns.
+/// the queues take turns; but none is passed over more than a few times when it is its turn.
 #[derive(Debug)]
 pub struct Router<'a> {
     mesh: Mesh,
@@ -236,7 +236,7 @@ impl<'a> Router<'a> {
         // A question goes first: it is rare, and other lanes could keep the link busy for ever.
         let asks = self.memory.ports.get(usize::from(port.0)).is_some_and(|p| p.control == ASK);
         match self.next_for(port).filter(|_| !asks) {
-            Some((queue, lane)) => self.send(port, queue, lane, out),
+            Some(next) => self.send(port, next, out),
             None => self.control(port, out),
         }
     }
@@ -302,14 +302,19 @@ impl<'a> Router<'a> {
         self.memory.fifos.iter().take(self.size.queues()).map(|fifo| u32::from(fifo.len)).sum()
     }
 
-    fn send(&mut self, port: Port, queue: usize, lane: Lane, out: &mut [u8]) -> Option<usize> {
+    fn send(&mut self, port: Port, sent: Sent, out: &mut [u8]) -> Option<usize> {
+        let Sent { queue, lane, in_turn } = sent;
         let (slot, payload) = self.head(queue)?;
         let len = PacketHeader::BYTES + payload.len();
         let (head, body) = out.get_mut(..len)?.split_at_mut_checked(PacketHeader::BYTES)?;
         body.copy_from_slice(payload);
         let state = self.memory.ports.get_mut(usize::from(port.0))?;
         let _number = state.senders.get_mut(lane.index())?.take()?;
-        state.turn = queue.wrapping_add(1) as u16;
+        if in_turn {
+            (state.turn, state.passed) = (queue.wrapping_add(1) as u16, 0);
+        } else {
+            state.passed = state.passed.saturating_add(1);
+        }
         let header = PacketHeader {
             lane: lane.index() as u8,
             priority: slot.priority,
@@ -339,23 +344,27 @@ impl<'a> Router<'a> {
     }
 
     /// The queue whose head leaves by this port next, and the lane it takes there.
-    fn next_for(&self, port: Port) -> Option<(usize, Lane)> {
+    fn next_for(&self, port: Port) -> Option<Sent> {
         let state = self.memory.ports.get(usize::from(port.0))?;
         let queues = self.memory.fifos.get(..self.size.queues())?;
         let (before, after) =
             queues.split_at_checked(usize::from(state.turn)).unwrap_or((&[], queues));
         let first = before.len();
         let in_turn = (first..).zip(after).chain((0..).zip(before));
-        let mut best: Option<(u8, usize, Lane)> = None;
+        let mut best: Option<(u8, Sent)> = None;
         for (queue, fifo) in in_turn.filter(|(_, fifo)| fifo.port == port.0) {
             let lane = Lane::new(self.channel_of(queue), fifo.class);
             let credit = state.senders.get(lane.index()).map_or(0, CreditSender::available);
-            let earlier = best.is_none_or(|(priority, ..)| fifo.priority < priority);
+            let earlier = best.as_ref().is_none_or(|(priority, _)| fifo.priority < *priority);
             if credit > 0 && earlier && !self.is_held(queue) {
-                best = Some((fifo.priority, queue, lane));
+                let in_turn = best.is_none();
+                best = Some((fifo.priority, Sent { queue, lane, in_turn }));
+                if state.passed >= PASSED_MAX {
+                    break;
+                }
             }
         }
-        best.map(|(_, queue, lane)| (queue, lane))
+        best.map(|(_, sent)| sent)
     }
 
     fn arrived_queue(&self, channel: Channel) -> Option<usize> {
@@ -553,6 +562,15 @@ impl<'a> Router<'a> {
             ports * lanes * depth + channel * usize::from(self.size.own)
         }
     }
+}
+
+/// What leaves next by a port.
+struct Sent {
+    queue: usize,
+    /// The lane that it takes there.
+    lane: Lane,
+    /// It was the turn of its queue; else it goes before others since it is urgent.
+    in_turn: bool,
 }
 
 #[cfg(test)]
