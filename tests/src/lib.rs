@@ -1,5 +1,6 @@
 //! Behaviour across crates, oracles, and benchmarks against peers.
 
 pub mod export;
+pub mod nothing_lost;
 pub mod oracle;
 pub mod stress;

@@ -7,7 +7,7 @@ use crate::network::NodeId;
 use crate::protocol::Message;
 use crate::store::{Claim, Place};
 
-/// Requests without an answer after which a block counts as lost.
+/// Requests without an answer, for each copy, after which a block counts as lost.
 const FETCH_TRIES: u8 = 16;
 
 impl<W: World> Node<'_, W> {
@@ -93,7 +93,8 @@ impl<W: World> Node<'_, W> {
             fetch.tries = fetch.tries.saturating_add(1);
             fetch.again = 1;
             fetch.state = TO_BE_SENT;
-            if fetch.tries >= FETCH_TRIES {
+            let most = self.settings.placement.copies().saturating_mul(FETCH_TRIES.into());
+            if u16::from(fetch.tries) >= most.min(u8::MAX.into()) {
                 // It goes on asking: who was thought dead may come back.
                 self.lost = Some(fetch.block);
             }

@@ -7,7 +7,7 @@ use super::{Flaw, Found, Kind, describe};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 /// Steps after which a run counts as endless.
-const ENDLESS: usize = 50_000;
+const ENDLESS: usize = 500_000;
 
 /// Reminders after which credit is not on its way but kept by packets that cannot go on.
 const REMINDERS: usize = 3;

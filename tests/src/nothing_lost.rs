@@ -1,0 +1,271 @@
+//! Random small runs on a simulated mesh: each ends with the bits of one machine, or names a block of which no copy is left.
+
+use std::fmt;
+use std::ops::Range;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{Mutex, PoisonError};
+
+use fastrand::Rng;
+use kiloray_core::network::{NodeId, Topology};
+use kiloray_core::node::{Dealing, Placement, Prefetch, Schedule, TaskOrder};
+use kiloray_render::Picture;
+use kiloray_scene::kilo::KiloFile;
+use kiloray_scene::{builtin, compile};
+use kiloray_sim::{
+    Control, Crash, Faults, Link, Options, Profile, Rate, Slow, Switching, plan, simulate,
+};
+
+/// Scenes that are drawn from.
+const SCENES: [&str; 4] = ["cornell", "glass", "colour-cube:4", "sinc:12"];
+/// Sizes of blocks \[bytes\].
+const BLOCKS: [usize; 2] = [1 << 10, 4 << 10];
+/// Longer than any of these runs takes, all time limits of slow machines included: an hour of virtual time \[ns\].
+const LONGEST: u64 = 3_600_000_000_000;
+
+/// The scenes, compiled.
+#[derive(Debug)]
+pub struct Scenes(Vec<(&'static str, usize, KiloFile)>);
+
+impl Scenes {
+    /// Compiles them.
+    ///
+    /// # Errors
+    /// What the compiler says.
+    pub fn new() -> Result<Self, String> {
+        let mut scenes = Vec::new();
+        for name in SCENES {
+            let model = builtin::build(name).map_err(|e| e.to_string())?;
+            for block_bytes in BLOCKS {
+                let compiled = compile::compile(&model, &compile::Options { block_bytes }, &mut ());
+                let compiled = compiled.map_err(|e| e.to_string())?;
+                scenes.push((name, block_bytes, KiloFile::from_compiled(compiled)));
+            }
+        }
+        Ok(Self(scenes))
+    }
+}
+
+/// How a run ended as it should.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum End {
+    /// With the picture.
+    Complete,
+    /// With the name of a block all of whose holders had died.
+    Lost,
+}
+
+/// A run that went wrong.
+#[derive(Debug)]
+pub struct Failure {
+    seed: u64,
+    run: u64,
+    what: String,
+    scene: String,
+    options: Box<Options>,
+}
+
+impl fmt::Display for Failure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { seed, run, what, scene, options } = self;
+        writeln!(f, "{what}")?;
+        writeln!(f, "{scene}, {options:?}")?;
+        write!(
+            f,
+            "again: cargo run --release -p kiloray-tests --bin nothing_lost -- --seed {seed} --run {run}"
+        )
+    }
+}
+
+/// Runs of a seed, by number, on so many threads: how many of them have lost a block. `done` is called after each.
+///
+/// # Errors
+/// [`Failure`]: one that went wrong; the others are left then.
+pub fn all(
+    scenes: &Scenes,
+    seed: u64,
+    runs: Range<u64>,
+    threads: usize,
+    done: &(dyn Fn() + Sync),
+) -> Result<u64, Failure> {
+    let next = AtomicU64::new(runs.start);
+    let (lost, failure) = (AtomicU64::new(0), Mutex::new(None));
+    // Not rayon: the reference picture waits for a pool of its own, and a waiting worker would begin another run on its stack.
+    std::thread::scope(|scope| {
+        for _ in 0..threads.max(1) {
+            scope.spawn(|| {
+                loop {
+                    let number = next.fetch_add(1, Ordering::Relaxed);
+                    if number >= runs.end {
+                        break;
+                    }
+                    match run(scenes, seed, number) {
+                        Ok(end) => {
+                            lost.fetch_add(u64::from(end == End::Lost), Ordering::Relaxed);
+                            done();
+                        }
+                        Err(found) => {
+                            next.store(runs.end, Ordering::Relaxed);
+                            *failure.lock().unwrap_or_else(PoisonError::into_inner) = Some(found);
+                        }
+                    }
+                }
+            });
+        }
+    });
+    match failure.into_inner().unwrap_or_else(PoisonError::into_inner) {
+        Some(failure) => Err(failure),
+        None => Ok(lost.into_inner()),
+    }
+}
+
+/// One run of a seed.
+///
+/// # Errors
+/// [`Failure`]: another picture, none, a wrong cause, a panic, or no end.
+pub fn run(scenes: &Scenes, seed: u64, run: u64) -> Result<End, Failure> {
+    let mut random = Rng::with_seed(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ run);
+    let (name, block_bytes, file) = &scenes.0[random.usize(..scenes.0.len())];
+    let options = drawn(&mut random, file);
+    let ended = catch_unwind(AssertUnwindSafe(|| check(file, &options)));
+    let ended = ended.unwrap_or_else(|_| Err("it panics".into()));
+    ended.map_err(|what| {
+        let scene = format!("{name}, blocks of {block_bytes} bytes");
+        Failure { seed, run, what, scene, options: Box::new(options.clone()) }
+    })
+}
+
+fn one_of<T: Copy>(random: &mut Rng, all: &[T]) -> T {
+    all[random.usize(..all.len())]
+}
+
+/// What a seed makes of a run.
+fn drawn(random: &mut Rng, file: &KiloFile) -> Options {
+    let (topology, nodes) = loop {
+        let nodes = random.u16(1..=16);
+        let shapes = ["line", "ring", "mesh", "torus", "hypercube", "tree:2", "tree:3", "full"];
+        let shape = one_of(random, &shapes);
+        if let Ok(topology) = Topology::parse(shape, nodes.into()) {
+            break (topology, nodes);
+        }
+    };
+    let (width, height) = (random.u32(1..=20), random.u32(1..=20));
+    let mut options = Options::new(width, height, file.view().views()[0], topology);
+    options.settings.samples = random.u32(1..=2);
+    options.settings.shadow_samples = random.u32(1..=2);
+    options.settings.bounces = random.u8(0..=6);
+    options.settings.seed = random.u64(..);
+    options.seed = random.u64(..);
+    options.schedule = one_of(random, &[Schedule::Hybrid, Schedule::Demand, Schedule::Data]);
+    options.dealing = one_of(random, &[Dealing::Subtrees, Dealing::RoundRobin]);
+    options.top = Some(random.u32(1..=3));
+    options.prefetch = one_of(random, &[Prefetch::All, Prefetch::Nearest(0), Prefetch::Nearest(2)]);
+    options.order = one_of(random, &[TaskOrder::Made, TaskOrder::Ready]);
+    options.group = one_of(random, &[0, 0, 2, 4]);
+    options.refusals = random.u8(0..=4);
+    options.tile = one_of(random, &[None, Some(1), Some(4), Some(8)]);
+    options.owned_in_arena = random.u8(..8) == 0;
+    options.profile = one_of(random, &[Profile::PC, Profile::RP2350, Profile::T800]);
+    options.link = Link {
+        bandwidth: one_of(random, &[1_000_000, 1_000_000_000]),
+        latency: one_of(random, &[100, 1_000, 50_000]),
+        switching: one_of(random, &[Switching::StoreAndForward, Switching::CutThrough]),
+        ..Link::default()
+    };
+    options.faults = faults(random, nodes);
+    options.replicas = match options.faults.crashes.len() {
+        0 => random.u16(1..=2),
+        crashes => (crashes as u16 + random.u16(0..=1)).max(1),
+    };
+    memory(random, file, &mut options);
+    options
+}
+
+fn faults(random: &mut Rng, nodes: u16) -> Faults {
+    // A block counts as lost after 16 requests in vain: over many hops, no packet may be lost too often.
+    let most = if nodes <= 4 { 20 } else { 100 };
+    let rates = [(0, 1), (0, 1), (1, 1000), (1, 100), (1, most)];
+    let [loss, duplicate] = [(); 2].map(|()| one_of(random, &rates));
+    let [loss, duplicate] = [loss, duplicate].map(|(count, of)| Rate { count, of });
+    let mut nodes: Vec<u16> = (0..nodes).collect();
+    random.shuffle(&mut nodes);
+    let most = one_of(random, &[0, 0, 1, 1, 2, 3]).min(nodes.len() - 1);
+    let crashes = nodes[..most].iter().map(|&node| {
+        let within = 1 << random.u32(10..=25);
+        Crash { node: NodeId(node), at: random.u64(..within) }
+    });
+    let crashes = crashes.collect();
+    Faults {
+        loss,
+        duplicate,
+        crashes,
+        jitter: one_of(random, &[0, 0, 2_000, 20_000]),
+        slow: match random.u8(..4) {
+            0 => vec![Slow {
+                node: NodeId(nodes[nodes.len() - 1]),
+                factor: random.f64() * 30.0 + 0.1,
+            }],
+            _ => Vec::new(),
+        },
+    }
+}
+
+/// From the least memory upwards.
+fn memory(random: &mut Rng, file: &KiloFile, options: &mut Options) {
+    options.memory = 16 << 20;
+    let Ok(plan_of) = plan(&file.view(), options) else { return };
+    let times = one_of(random, &[100, 100, 110, 150, 200, 400, 800]);
+    options.memory = plan_of.least * times / 100;
+    if plan(&file.view(), options).is_err() {
+        options.memory = plan_of.least;
+    }
+}
+
+/// The picture by one thread over the file.
+fn reference(file: &KiloFile, options: &Options) -> Result<Picture, String> {
+    let Options { width, height, view, settings, .. } = *options;
+    let options = kiloray_render::Options::new(width, height, view);
+    let options = kiloray_render::Options { settings, threads: 1, ..options };
+    let cancel = AtomicBool::new(false);
+    let control = kiloray_render::Control { cancel: &cancel, progress: &|_, _| {} };
+    let rendered = kiloray_render::render(&file.view(), &options, &control);
+    rendered.map(|rendered| rendered.picture).map_err(|e| e.to_string())
+}
+
+fn check(file: &KiloFile, options: &Options) -> Result<End, String> {
+    let control = Control { cancel: &AtomicBool::new(false), progress: &|_| {} };
+    let outcome = simulate(&file.view(), options, &control).map_err(|e| e.to_string())?;
+    let time = outcome.report.virtual_ns;
+    if time > LONGEST {
+        return Err(format!("it takes {time} ns"));
+    }
+    if let Some(block) = outcome.lost {
+        let placement = Placement {
+            dealing: options.dealing,
+            blocks: file.view().blocks(),
+            nodes: options.topology.nodes(),
+            top: options.top.unwrap_or_default(),
+            replicas: options.replicas,
+        };
+        let died = |node: u16| {
+            options.faults.crashes.iter().any(|c| c.node == NodeId(node) && c.at <= time)
+        };
+        let alive =
+            (0..options.topology.nodes()).find(|&n| placement.holds(NodeId(n), block) && !died(n));
+        return match alive {
+            Some(node) => Err(format!("block {block} counts as lost, but node {node} has it")),
+            None if outcome.complete => Err("it is complete, and a block is lost".into()),
+            None => Ok(End::Lost),
+        };
+    }
+    if !outcome.complete {
+        return Err("it is not complete, and says not why".into());
+    }
+    let bits = |picture: &Picture| -> Vec<[u32; 3]> {
+        picture.pixels.iter().map(|pixel| pixel.map(f32::to_bits)).collect()
+    };
+    match bits(&outcome.picture) == bits(&reference(file, options)?) {
+        true => Ok(End::Complete),
+        false => Err("the picture differs".into()),
+    }
+}

@@ -1,0 +1,11 @@
+//! A few of the random runs of `nothing_lost`; its command runs as many as there is time for.
+
+use kiloray_tests::nothing_lost::{Scenes, all};
+
+#[test]
+fn every_run_ends_with_the_same_bits_or_names_a_lost_block() {
+    let scenes = Scenes::new().unwrap();
+    if let Err(failure) = all(&scenes, 1, 0..200, 2, &|| ()) {
+        panic!("{failure}");
+    }
+}
