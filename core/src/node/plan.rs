@@ -112,10 +112,10 @@ impl NodePlan {
         Self::of(0, 0, needs)
     }
 
-    /// The payload of packets for a memory, where none is asked for: a 128th of it.
+    /// The payload of packets for a memory, where none is asked for: a 256th of it.
     #[must_use]
     pub fn packet(memory: usize, block_bytes: usize) -> usize {
-        let fraction = (memory / 128).next_multiple_of(64);
+        let fraction = (memory / 256).next_multiple_of(64);
         // A block and its header fit the greatest useful one.
         let whole =
             block_bytes.min(PAYLOAD_MAX).saturating_add(Item::PART_BYTES).next_multiple_of(64);
