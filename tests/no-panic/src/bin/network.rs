@@ -53,7 +53,8 @@ fn router(mesh: Mesh, bytes: &mut [u8]) {
     let mut fifos = [Fifo::default(); 32];
     let mut ports: [PortState; 8] = bytemuck::Zeroable::zeroed();
     let memory = RouterMemory { slots: &mut slots, fifos: &mut fifos, ports: &mut ports, bytes };
-    let size = RouterSize { ports: any(), classes: any(), depth: any(), own: any(), payload: any() };
+    let size =
+        RouterSize { ports: any(), classes: any(), depth: any(), own: any(), payload: any() };
     let Some(mut router) = Router::new(mesh, NodeId(any()), size, memory) else { return };
     for _ in 0..any::<u32>() {
         for channel in Channel::ALL {

@@ -64,7 +64,13 @@ fn plan(mesh: Mesh, schedule: Schedule) -> Option<NodePlan> {
 #[inline(never)]
 fn any_plan() -> NodePlan {
     NodePlan {
-        router: RouterSize { ports: any(), classes: any(), depth: any(), own: any(), payload: any() },
+        router: RouterSize {
+            ports: any(),
+            classes: any(),
+            depth: any(),
+            own: any(),
+            payload: any(),
+        },
         bundles: any(),
         rays: any(),
         shadows: any(),
