@@ -17,6 +17,8 @@ pub(crate) struct PlaceState {
     pub(crate) wake: u64,
     /// A look at overdue credit is entered.
     pub(crate) reminded: bool,
+    /// Questions for credit since the last packet left.
+    pub(crate) reminders: u32,
     /// Rays that it holds for later.
     pub(crate) stored: u32,
     /// How long the present step takes, by what it is.
@@ -53,6 +55,7 @@ impl PlaceState {
             until: 0,
             wake: u64::MAX,
             reminded: false,
+            reminders: 0,
             stored: 0,
             step: NodeTime::default(),
             time: NodeTime::default(),

@@ -80,6 +80,9 @@ pub(crate) struct RunSettings {
     pub(crate) trace: usize,
 }
 
+/// The time between questions for credit is doubled so often at most, as long as they bring nothing.
+const REMINDERS_MAX: u32 = 6;
+
 impl<'m, N: Actor<'m>, H: Actor<'m>> Run<'m, N, H> {
     /// Before the first event.
     pub(crate) fn new(mesh: &Mesh, nodes: Vec<N>, host: H, settings: RunSettings) -> Self {
@@ -286,6 +289,9 @@ impl<'m, N: Actor<'m>, H: Actor<'m>> Run<'m, N, H> {
             self.queue.push(arrival, Event::Arrive { link: index, packet });
             return;
         }
+        if data {
+            self.places[place as usize].reminders = 0;
+        }
         self.plan_reminder(place);
         let fate = fault::fate(&self.settings.faults, self.settings.seed, index, number);
         self.faults.delayed += u64::from(fate.delay > 0 && !fate.lost);
@@ -468,13 +474,16 @@ impl<'m, N: Actor<'m>, H: Actor<'m>> Run<'m, N, H> {
             state.reminded = true;
             let link = &self.settings.link;
             let trip = link.latency + link.duration(usize::from(self.settings.packet));
-            let after = 8 * trip + 2 * self.settings.faults.jitter;
+            // What is out after many questions is held by a node that takes its time, not lost.
+            let after = (8 * trip + 2 * self.settings.faults.jitter) << state.reminders;
             self.queue.push(self.now + after, Event::Remind { place });
         }
     }
 
     fn remind(&mut self, place: u32) {
-        self.places[place as usize].reminded = false;
+        let state = &mut self.places[place as usize];
+        state.reminded = false;
+        state.reminders = (state.reminders + 1).min(REMINDERS_MAX);
         if self.router(place).remind() {
             self.plan_reminder(place);
             self.serve(place);
