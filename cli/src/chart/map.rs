@@ -7,7 +7,7 @@ use super::{
 
 /// Most nodes that tell their figures when pointed at.
 const TITLES_MAX: usize = 512;
-/// Width of a map on the page, at most [px].
+/// Width of a map on the page, at most \[px\].
 const WIDTH: f64 = 210.0;
 
 /// A value of each node, over the mesh.

@@ -32,6 +32,8 @@ pub struct Node<'a, W> {
     pub(super) parked: usize,
     /// Shadow rays are traced until none is left to be: they are sorted.
     pub(super) draining: bool,
+    /// The order of lights in which they were sorted last.
+    pub(super) turned: bool,
     /// Tiles first, then visits.
     pub(super) roots: &'a mut [Root],
     pub(super) tiles: Tiles,
@@ -122,6 +124,7 @@ impl<'a, W: World> Node<'a, W> {
             fresh: 0,
             parked: 0,
             draining: false,
+            turned: false,
             roots: arena.carve(plan.tiles.saturating_add(plan.visits))?,
             tiles: Tiles::new(plan.tiles, plan.pixels()),
             sums: arena.carve(pixels)?,

@@ -74,6 +74,8 @@ const MESSAGES_PART: usize = 8;
 const FRAMES_PART: [usize; 2] = [3, 4];
 /// How often the rays under way may be doubled: more of them want more blocks at a time than they hide latency.
 const STEPS: u32 = 5;
+/// Shadow rays for each ray: many at a time go to the same light through the same blocks.
+const SHADOWS: usize = 16;
 /// Blocks on their way take an eighth of the frames at most, or they would push out those in use; and no more than hide the latency of links.
 const FETCHES_PART: usize = 8;
 const FETCHES_MAX: usize = 8;
@@ -156,7 +158,7 @@ impl NodePlan {
             shadows: match (shadows_migrate, step) {
                 (true, _) => 0,
                 (false, 0) => 1,
-                (false, _) => rays.saturating_mul(4),
+                (false, _) => rays.saturating_mul(SHADOWS),
             },
             tiles: match step {
                 0 | 1 => 1,

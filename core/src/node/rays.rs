@@ -430,8 +430,11 @@ impl<W: World> Node<'_, W> {
     pub(super) fn light(&mut self, now: Time) -> u32 {
         if !self.draining {
             self.draining = true;
+            // Each time the other way round: the blocks towards the light that came last are still here.
+            self.turned = !self.turned;
+            let turned = if self.turned { u32::MAX } else { 0 };
             let fresh = self.shadows.get_mut(..self.fresh).unwrap_or_default();
-            crate::render::sort_by_key(fresh, |slot| slot.shadow.source);
+            crate::render::sort_by_key(fresh, |slot| slot.shadow.source ^ turned);
         }
         if !self.skip_bundle() {
             for _ in 0..SHADOWS_PER_STEP {

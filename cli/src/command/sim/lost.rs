@@ -55,7 +55,7 @@ pub(in crate::command) fn lost(report: &Report, baseline: Option<&Baseline>) -> 
     losses.into_iter().map(|(name, words, part)| Loss { name, words, part }).collect()
 }
 
-/// Time of all nodes together [ns].
+/// Time of all nodes together \[ns\].
 fn all_nodes_ns(report: &Report) -> f64 {
     report.nodes.len() as f64 * report.virtual_ns as f64
 }
@@ -74,7 +74,7 @@ fn refused_share(report: &Report) -> f64 {
     (in_vain as f64 / handled(None).max(1) as f64).min(1.0)
 }
 
-/// What no run of these nodes and links can be faster than, by name [ns].
+/// What no run of these nodes and links can be faster than, by name \[ns\].
 pub(in crate::command) fn bounds(
     report: &Report,
     baseline: Option<&Baseline>,
