@@ -75,7 +75,7 @@ pub struct Node<'a, W> {
 pub(super) const SUSPECTS: usize = 8;
 
 /// Rays that a step works on before it looks for messages again: others wait for this node's blocks.
-const QUANTUM: u32 = 8;
+const QUANTUM: u32 = 2;
 /// Requests that a step deals with.
 const REQUESTS: u32 = 16;
 

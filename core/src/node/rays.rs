@@ -11,7 +11,7 @@ use crate::trace::Trail;
 /// Requests for a ray after which it is run at home.
 const RAY_TRIES: u8 = 5;
 /// Shadow rays traced in a step.
-const SHADOWS_PER_STEP: u32 = 8;
+const SHADOWS_PER_STEP: u32 = 2;
 
 impl<W: World> Node<'_, W> {
     /// How many slots must stay free beside that of a new ray: one for each time that it, or what follows from it, needs
