@@ -73,7 +73,8 @@ impl Options {
             dealing: Dealing::Subtrees,
             top: None,
             replicas: 1,
-            prefetch: Prefetch::All,
+            // Fetching ahead has not paid on any scene measured.
+            prefetch: Prefetch::Nearest(0),
             order: TaskOrder::Ready,
             group: 0,
             refusals: 3,

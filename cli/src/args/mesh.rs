@@ -35,10 +35,10 @@ pub(crate) struct Mesh {
     /// Which rays fetch blocks, and which go to them: hybrid (only specular rays go), demand (all fetch), data (all go)
     #[arg(long, value_name = "S", value_enum, default_value_t = Schedule::Hybrid, help_heading = "Work")]
     pub(crate) schedule: Schedule,
-    /// How many blocks are fetched ahead for a bundle of rays: all that its pyramid touches, the K nearest, or none
+    /// How many blocks are fetched ahead for a bundle of shadow rays: all that its pyramid touches, the K nearest, or none [default: 0]
     #[arg(long, value_name = "all|K|0", allow_hyphen_values = true, help_heading = "Work")]
     pub(crate) prefetch: Option<Prefetch>,
-    /// Which of the waiting rays goes on first: in the order made, or as their blocks arrive
+    /// Which of the waiting rays goes on first: in the order made, or as their blocks arrive; 'made' is not there yet, and does as 'ready'
     #[arg(long, value_name = "O", value_enum, help_heading = "Work")]
     pub(crate) task_order: Option<TaskOrder>,
     /// Side of a tile, the unit in which pixels are handed out [default: by picture, nodes and memory]

@@ -46,6 +46,26 @@ impl<W: World> Node<'_, W> {
         }
     }
 
+    /// Asks for a block that may be of use: only while another request and another frame are left to what a ray needs (rule 11).
+    pub(super) fn prefetch(&mut self, block: u32, now: Time) {
+        let mut free =
+            self.fetches.iter().enumerate().filter(|(_, fetch)| fetch.is_free()).map(|(at, _)| at);
+        let (Some(at), Some(_)) = (free.next(), free.next()) else { return };
+        if self.blocks.rom.holds(block)
+            || self.blocks.cache.reserve(block, Claim::Prefetch) != Ok(true)
+        {
+            return;
+        }
+        if let Some(fetch) = self.fetches.get_mut(at) {
+            *fetch = FetchSlot {
+                block,
+                begun: super::rays::ticks(now),
+                state: TO_BE_SENT,
+                ..bytemuck::Zeroable::zeroed()
+            };
+        }
+    }
+
     /// Sends the requests for blocks that have not left.
     pub(super) fn send_fetches(&mut self, now: Time) {
         for at in 0..self.fetches.len() {

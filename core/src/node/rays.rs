@@ -10,6 +10,8 @@ use crate::trace::Trail;
 
 /// Requests for a ray after which it is run at home.
 const RAY_TRIES: u8 = 5;
+/// Blocks that are asked for ahead at once, at most.
+const AHEAD: usize = 16;
 /// Shadow rays traced in a step.
 const SHADOWS_PER_STEP: u32 = 2;
 
@@ -436,7 +438,7 @@ impl<W: World> Node<'_, W> {
             let fresh = self.shadows.get_mut(..self.fresh).unwrap_or_default();
             crate::render::sort_by_key(fresh, |slot| slot.shadow.source ^ turned);
         }
-        if !self.skip_bundle() {
+        if !self.skip_bundle(now) {
             for _ in 0..SHADOWS_PER_STEP {
                 if !self.trace_shadow(now) {
                     break;
@@ -448,7 +450,7 @@ impl<W: World> Node<'_, W> {
     }
 
     /// Whether the last bundle is one that nothing can be in the way of: then it is done.
-    fn skip_bundle(&mut self) -> bool {
+    fn skip_bundle(&mut self, now: Time) -> bool {
         let fresh = self.shadows.get(..self.fresh).unwrap_or_default();
         let Some(last) = fresh.last().filter(|slot| slot.begun == 0) else { return false };
         let source = last.shadow.source;
@@ -458,6 +460,19 @@ impl<W: World> Node<'_, W> {
         let Self { world, blocks, work, shadows, .. } = self;
         let bundle = shadows.get(first..self.fresh).unwrap_or_default();
         let clear = world.is_clear(blocks, bundle.iter().map(|slot| &slot.shadow), work);
+        let mut room = [0; AHEAD];
+        let most = if clear { 0 } else { self.settings.prefetch.most().min(AHEAD) };
+        let ahead = match room.get_mut(..most) {
+            Some(room) if most > 0 => {
+                let rays = bundle.iter().map(|slot| &slot.shadow);
+                let found = world.touched(blocks, rays, room, work);
+                room.get(..found).unwrap_or_default()
+            }
+            _ => &[],
+        };
+        for &block in ahead {
+            self.prefetch(block, now);
+        }
         let traced = &mut self.counts.shade;
         let kind = if clear { &mut traced.shadow_clear } else { &mut traced.shadow };
         *kind = kind.saturating_add(count as u64);

@@ -55,19 +55,30 @@ impl Schedule {
     }
 }
 
-/// How many blocks are fetched ahead.
+/// How many blocks are fetched ahead for a bundle of shadow rays.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Prefetch {
-    /// All that the pyramid of a bundle touches.
+    /// All that its pyramid touches, as far as frames and requests are free.
     All,
     /// The nearest so many; 0: a block is fetched when a ray needs it.
     Nearest(u16),
 }
 
+impl Prefetch {
+    /// Most blocks.
+    #[must_use]
+    pub(super) const fn most(self) -> usize {
+        match self {
+            Self::All => usize::MAX,
+            Self::Nearest(blocks) => blocks as usize,
+        }
+    }
+}
+
 /// Which of the waiting rays goes on first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum TaskOrder {
-    /// In the order in which they were made, as far as their blocks are here.
+    /// In the order in which they were made, as far as their blocks are here. Not there yet: as [`Self::Ready`].
     Made,
     /// As their blocks arrive.
     Ready,

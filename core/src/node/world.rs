@@ -1,11 +1,12 @@
 use super::{Missing, Work};
 use crate::block::{BlockLimits, BlockSource, BlockView};
+use crate::geometry::{Aabb, Pyramid};
 use crate::material::{OpticalDepth, crossing};
 use crate::path::PathKey;
 use crate::render::{Places, Tiling, is_clear, splits};
 use crate::scene::Needs;
 use crate::shade::{Counts, Direct, PackedHit, Path, PathRay, Point, Shader, Shadow, Sum};
-use crate::trace::{Cursor, TraceError, Tracer, Trail};
+use crate::trace::{Clip, ClipEntry, Cursor, TraceError, Tracer, Trail};
 use crate::view::Camera;
 
 /// What a node computes, apart from how it is divided: geometry and light.
@@ -50,6 +51,16 @@ pub trait World {
         rays: impl ExactSizeIterator<Item = &'r Shadow> + Clone,
         work: &mut Work,
     ) -> bool;
+
+    /// The blocks that are not here and that a bundle of shadow rays to one light may touch, the nearest first, as
+    /// many as there is room for: how many.
+    fn touched<'r, S: BlockSource<Error = Missing>>(
+        &mut self,
+        source: &mut S,
+        rays: impl ExactSizeIterator<Item = &'r Shadow> + Clone,
+        room: &mut [u32],
+        work: &mut Work,
+    ) -> usize;
 
     /// What a ray brings where it ends, and the point that goes on.
     fn arrive(&self, ray: &PathRay, hit: &PackedHit) -> (Sum, Option<Self::Point>);
@@ -263,6 +274,28 @@ impl<T: Tracer> World for Picture<'_, T> {
         clear
     }
 
+    fn touched<'r, S: BlockSource<Error = Missing>>(
+        &mut self,
+        source: &mut S,
+        rays: impl ExactSizeIterator<Item = &'r Shadow> + Clone,
+        room: &mut [u32],
+        work: &mut Work,
+    ) -> usize {
+        let light = rays.clone().next().map_or(u32::MAX, |ray| ray.source);
+        let Some(light) = self.shader.tables().lights.get(light as usize) else { return 0 };
+        let Ok(nesting) = source.block(0).map(|root| root.header().nesting) else { return 0 };
+        let from = rays.fold(Aabb::EMPTY, |from, ray| from.with(ray.ray().origin));
+        let mut window = [ClipEntry::EMPTY; WINDOW];
+        let pyramid = Pyramid::to_light(&from, light);
+        let Some(mut clip) = Clip::new(pyramid, nesting, &mut window) else { return 0 };
+        // A block that is not sound is found out by who traces it.
+        let _ = clip.round(source);
+        work.clips = work.clips.saturating_add(1);
+        work.nodes = work.nodes.saturating_add(u64::from(clip.counts().boxes / 8));
+        let blocks = clip.waiting().map(|entry| entry.block);
+        room.iter_mut().zip(blocks).map(|(place, block)| *place = block).count()
+    }
+
     fn arrive(&self, ray: &PathRay, hit: &PackedHit) -> (Sum, Option<Point>) {
         self.shader.arrive(&ray.path(), &ray.ray(), hit.get().as_ref())
     }
@@ -356,3 +389,6 @@ impl<T: Tracer> World for Picture<'_, T> {
 
 /// Shadow rays of a bundle, at most.
 pub(super) const BUNDLE: usize = 64;
+
+/// Entries of the list of what a bundle may touch.
+const WINDOW: usize = 32;

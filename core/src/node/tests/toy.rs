@@ -169,6 +169,18 @@ impl World for Toy {
         false
     }
 
+    fn touched<'r, S: BlockSource<Error = Missing>>(
+        &mut self,
+        _: &mut S,
+        rays: impl ExactSizeIterator<Item = &'r Shadow> + Clone,
+        room: &mut [u32],
+        _: &mut Work,
+    ) -> usize {
+        // Some blocks: right ones or wrong ones.
+        let blocks = rays.map(|ray| ray.light().x as u32 % self.blocks);
+        room.iter_mut().zip(blocks).map(|(place, block)| *place = block).count()
+    }
+
     fn arrive(&self, ray: &PathRay, _: &PackedHit) -> (Sum, Option<ToyPoint>) {
         (Self::light(ray.key()), Some(ToyPoint(*ray)))
     }
