@@ -42,8 +42,8 @@ pub mod random;
 pub mod render;
 pub mod scene;
 pub mod shade;
-#[cfg(test)]
-mod snapshot;
 pub mod store;
+#[cfg(test)]
+mod tests;
 pub mod trace;
 pub mod view;

@@ -47,6 +47,7 @@ mod rays;
 mod rom;
 mod rules;
 mod settings;
+mod shadows;
 mod shell;
 mod slots;
 #[cfg(test)]

@@ -119,7 +119,7 @@ impl<'a> Outbox<'a> {
 
     /// All of it, every bundle begun now.
     #[cfg(test)]
-    pub(super) fn snapshot(&mut self, s: &mut crate::snapshot::Snapshot, now: Time) {
+    pub(super) fn snapshot(&mut self, s: &mut crate::tests::snapshot::Snapshot, now: Time) {
         for (at, open) in self.open.iter_mut().enumerate() {
             open.since = if open.state == 0 { 0 } else { now.0 };
             s.pod(open);

@@ -75,7 +75,12 @@ impl Tiles {
 
     /// All of it, with times as a checker sees them: passed, or not.
     #[cfg(test)]
-    pub(super) fn snapshot(&mut self, s: &mut crate::snapshot::Snapshot, now: Time, later: Time) {
+    pub(super) fn snapshot(
+        &mut self,
+        s: &mut crate::tests::snapshot::Snapshot,
+        now: Time,
+        later: Time,
+    ) {
         self.asked = self.asked.map(|_| later);
         self.dry = if self.dry > now { later } else { Time(0) };
         let mut asked = self.asked.is_some();

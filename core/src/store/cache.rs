@@ -242,7 +242,7 @@ impl<'a> BlockCache<'a> {
 
     /// All of it but what it counts.
     #[cfg(test)]
-    pub(crate) fn snapshot(&mut self, snapshot: &mut crate::snapshot::Snapshot) {
+    pub(crate) fn snapshot(&mut self, snapshot: &mut crate::tests::snapshot::Snapshot) {
         self.table.snapshot(snapshot);
         for frame in self.frames.chunks_mut(self.block_bytes) {
             snapshot.bytes(frame);

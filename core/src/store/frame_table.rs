@@ -225,7 +225,7 @@ impl<'a> FrameTable<'a> {
 
     /// All of it.
     #[cfg(test)]
-    pub(super) fn snapshot(&mut self, snapshot: &mut crate::snapshot::Snapshot) {
+    pub(super) fn snapshot(&mut self, snapshot: &mut crate::tests::snapshot::Snapshot) {
         snapshot.all(self.entries);
         snapshot.all(self.index);
         for frame in [&mut self.newest, &mut self.oldest, &mut self.free] {

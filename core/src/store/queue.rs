@@ -91,7 +91,7 @@ impl<'a, T: Copy> Queue<'a, T> {
 
     /// Its values; they lie at the front afterwards.
     #[cfg(test)]
-    pub(crate) fn snapshot(&mut self, snapshot: &mut crate::snapshot::Snapshot)
+    pub(crate) fn snapshot(&mut self, snapshot: &mut crate::tests::snapshot::Snapshot)
     where
         T: bytemuck::Pod,
     {

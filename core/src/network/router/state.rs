@@ -3,7 +3,7 @@
 use super::super::packet::LANES;
 use super::{Channel, Port, Router};
 use crate::protocol::Items;
-use crate::snapshot::Snapshot;
+use crate::tests::snapshot::Snapshot;
 
 impl Router<'_> {
     /// All packets and credit. The packets lie at the front of their queues afterwards.

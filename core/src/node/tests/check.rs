@@ -4,7 +4,7 @@
 //! of states is then searched for those from which the end cannot be reached, and for cycles.
 
 use super::mesh::{Action, Setup, World, memory};
-use crate::snapshot::Snapshot;
+use crate::tests::snapshot::Snapshot;
 use std::collections::hash_map::{DefaultHasher, Entry};
 use std::collections::{HashMap, VecDeque};
 use std::hash::Hasher;

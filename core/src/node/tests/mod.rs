@@ -1,6 +1,7 @@
 mod check;
 mod invariants;
 mod mesh;
+mod mesh_state;
 mod state;
 mod toy;
 mod walks;

@@ -3,7 +3,7 @@
 use super::super::rays::{REFUSED, ticks};
 use super::super::slots::{RootState, Stage};
 use super::super::{Counts, Node, Time, World};
-use crate::snapshot::Snapshot;
+use crate::tests::snapshot::Snapshot;
 use std::vec::Vec;
 
 /// The time at which all happens.
