@@ -6,13 +6,13 @@ use bytemuck::Zeroable;
 use kiloray_core::block::{BlockSource, BlockView, KiloView};
 use kiloray_core::geometry::Hit;
 use kiloray_core::network::{
-    Channel, Fifo, HOST, Mesh, NodeId, PacketHeader, Port, PortState, Router, RouterMemory,
-    RouterSize, Slot, Topology,
+    Channel, HOST, Mesh, NodeId, PacketHeader, Port, Router, RouterSize, Topology,
 };
 use kiloray_core::node::Time;
 use kiloray_core::path::PathKey;
 use kiloray_core::protocol::{Items, Message, RayMessage, ReturnAddress, write};
 use kiloray_core::shade::{PackedHit, Path, PathRay, Sum, Unit};
+use kiloray_core::store::{Arena, CHUNK_BYTES, Chunk};
 use kiloray_core::trace::{Cursor, Scalar, TraceError, Tracer, Trail};
 use kiloray_core::view::Camera;
 use kiloray_render::Ledger;
@@ -73,17 +73,9 @@ pub(crate) fn feed_packet(input: &[u8]) -> String {
     let mut answer = String::new();
     for here in [NodeId(0), HOST] {
         let size = RouterSize::new(&mesh, here, 2, PAYLOAD as u16);
-        let mut slots = vec![Slot::zeroed(); size.slots()];
-        let mut fifos = vec![Fifo::default(); size.queues()];
-        let mut ports = vec![PortState::zeroed(); usize::from(size.ports)];
-        let mut bytes = vec![0; size.bytes()];
-        let memory = RouterMemory {
-            slots: &mut slots,
-            fifos: &mut fifos,
-            ports: &mut ports,
-            bytes: &mut bytes,
-        };
-        let mut router = Router::new(mesh, here, size, memory).expect("the memory has its size");
+        let mut memory = vec![Chunk::ZERO; size.arena_bytes() / CHUNK_BYTES];
+        let router = Router::new(&mut Arena::new(&mut memory), mesh, here, size);
+        let mut router = router.expect("the memory has its size");
         let mut ledger = Ledger::new(8, 8, 4, 0, Unit::new(1.0), 1).expect("a small picture");
         // Twice: a packet may be doubled.
         for _ in 0..2 {

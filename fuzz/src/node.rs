@@ -1,7 +1,7 @@
 //! A node of a mesh, to which the host and another node say anything.
 
 use kiloray_core::network::{
-    Channel, HOST, LANES, Lane, Mesh, NodeId, PacketHeader, Port, Router, Topology,
+    Channel, HOST, LANES, Lane, Mesh, NodeId, PacketHeader, Port, Topology,
 };
 use kiloray_core::node::{
     Dealing, Next, Node, NodeNeeds, NodePlan, Picture, Placement, Prefetch, Rom, Schedule,
@@ -102,9 +102,8 @@ impl<'a> Bench<'a> {
         let block_bytes = file.limits().block_bytes;
         let rom = Rom::of_file(file.block_section(), block_bytes, settings.placement, HERE);
         let budget = plan.budget(MEMORY).expect("it fits");
-        let router = |memory| Router::new(mesh, HERE, plan.router, memory);
         let mut arena = Arena::new(memory);
-        let node = Node::new(&mut arena, &plan, budget, settings, rom, router, world);
+        let node = Node::new(&mut arena, &plan, budget, settings, rom, mesh, world);
         let depth = plan.router.depth;
         Self {
             node: node.expect("it fits"),

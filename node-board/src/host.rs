@@ -1,6 +1,6 @@
 //! The host beside a mesh on the same board: it gives tiles, takes sums, and writes the pixels.
 
-use kiloray_core::network::{Channel, HOST, Mesh, Router, RouterMemory, RouterSize};
+use kiloray_core::network::{Channel, HOST, Mesh, Router, RouterSize};
 use kiloray_core::protocol::{Items, Message, write};
 use kiloray_core::render::Tiling;
 use kiloray_core::shade::{Shader, Sum};
@@ -39,16 +39,8 @@ impl<'a> Host<'a> {
         tiling: Tiling,
         pixels: &'a mut Pixels,
     ) -> Result<Self, ArenaFull> {
-        let memory = RouterMemory {
-            slots: arena.carve(size.slots())?,
-            fifos: arena.carve(size.queues())?,
-            ports: arena.carve(usize::from(size.ports))?,
-            bytes: arena.carve(size.bytes())?,
-        };
-        let short = ArenaFull { need: size.bytes(), have: 0 };
-        let router = Router::new(mesh, HOST, size, memory).ok_or(short)?;
         Ok(Self {
-            router,
+            router: Router::new(arena, mesh, HOST, size)?,
             shader,
             tiling,
             pixels,

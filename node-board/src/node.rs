@@ -105,9 +105,8 @@ fn node<'a>(
     };
     let budget = plan.budget(size_of_val(memory)).map_err(PictureError::Memory)?;
     let rom = Rom::of_file(file.block_section(), limits.block_bytes, settings.placement, HERE);
-    let router = |memory| Router::new(mesh, HERE, plan.router, memory);
     let world = Picture::new(Scalar, shader(file), camera(file)?, tiling, limits);
-    Node::new(&mut Arena::new(memory), plan, budget, settings, rom, router, world)
+    Node::new(&mut Arena::new(memory), plan, budget, settings, rom, mesh, world)
         .map_err(PictureError::Arena)
 }
 

@@ -1,7 +1,7 @@
 use std::sync::atomic::Ordering;
 
 use kiloray_core::block::KiloView;
-use kiloray_core::network::{HOST, Mesh, NodeId, Router, RouterMemory, RouterSize};
+use kiloray_core::network::{HOST, Mesh, NodeId, Router};
 use kiloray_core::node::{Node, Picture, Progress, Time, Work, World};
 use kiloray_core::render::Tiling;
 use kiloray_core::shade::{Shader, Tables};
@@ -56,19 +56,21 @@ pub fn simulate(
         .map(|(index, (arena, plan))| {
             let here = NodeId(index as u16);
             let rom = layout.rom(file, here);
-            let router = |memory| Router::new(mesh, here, plan.router, memory);
             let mut arena = Arena::new(arena);
             let budget = layout.budgets[index];
-            Node::new(&mut arena, plan, budget, layout.settings, rom, router, world())
+            Node::new(&mut arena, plan, budget, layout.settings, rom, mesh, world())
         })
         .collect();
     let size = layout.host_router(&mesh);
-    let mut host_arena = vec![Chunk::ZERO; HostEnd::bytes(&size) / CHUNK_BYTES];
+    let mut host_arena = vec![Chunk::ZERO; size.arena_bytes() / CHUNK_BYTES];
     let seed = options.settings.seed;
     let samples = options.settings.samples;
     let ledger = Ledger::new(width, height, layout.side(), seed, shader.unit(), samples);
     let ledger = ledger.map_err(|_| Error::Size { width, height })?;
-    let host = HostEnd::new(&mut host_arena, mesh, size, ledger.with_askers(layout.askers()))?;
+    let host = HostEnd {
+        router: Router::new(&mut Arena::new(&mut host_arena), mesh, HOST, size)?,
+        ledger: ledger.with_askers(layout.askers()),
+    };
     let settings = RunSettings {
         link: options.link,
         profile: options.profile.with_lights(file.lights().len()),
@@ -156,33 +158,6 @@ impl<'m, W: World> Actor<'m> for Node<'m, W> {
 struct HostEnd<'m> {
     router: Router<'m>,
     ledger: Ledger,
-}
-
-impl<'m> HostEnd<'m> {
-    fn bytes(size: &RouterSize) -> usize {
-        Arena::bytes_of::<kiloray_core::network::Slot>(size.slots())
-            + Arena::bytes_of::<kiloray_core::network::Fifo>(size.queues())
-            + Arena::bytes_of::<kiloray_core::network::PortState>(usize::from(size.ports))
-            + Arena::bytes_of::<u8>(size.bytes())
-    }
-
-    fn new(
-        memory: &'m mut [Chunk],
-        mesh: Mesh,
-        size: RouterSize,
-        ledger: Ledger,
-    ) -> Result<Self, ArenaFull> {
-        let mut arena = Arena::new(memory);
-        let memory = RouterMemory {
-            slots: arena.carve(size.slots())?,
-            fifos: arena.carve(size.queues())?,
-            ports: arena.carve(usize::from(size.ports))?,
-            bytes: arena.carve(size.bytes())?,
-        };
-        let full = ArenaFull { need: size.bytes(), have: 0 };
-        let router = Router::new(mesh, HOST, size, memory).ok_or(full)?;
-        Ok(Self { router, ledger })
-    }
 }
 
 impl<'m> Actor<'m> for HostEnd<'m> {

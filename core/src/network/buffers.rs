@@ -3,6 +3,7 @@ use bytemuck::{Pod, Zeroable};
 use super::packet::{Channel, LANES};
 use super::port::PortState;
 use super::{Mesh, NodeId};
+use crate::store::{Arena, ArenaFull};
 
 /// How much a router is lent.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -44,13 +45,22 @@ impl RouterSize {
         (usize::from(self.ports) + 1) * LANES
     }
 
-    /// [`Slot`]s to lend.
+    /// Packets in all queues.
     #[must_use]
     pub fn slots(&self) -> usize {
         usize::from(self.ports) * LANES * usize::from(self.depth) + self.own_slots()
     }
 
-    /// Bytes to lend for payloads. Lanes of a class that the topology does not have take none.
+    /// What a router takes of an arena \[bytes\].
+    #[must_use]
+    pub fn arena_bytes(&self) -> usize {
+        Arena::bytes_of::<Slot>(self.slots())
+            .saturating_add(Arena::bytes_of::<Fifo>(self.queues()))
+            .saturating_add(Arena::bytes_of::<PortState>(usize::from(self.ports)))
+            .saturating_add(Arena::bytes_of::<u8>(self.bytes()))
+    }
+
+    /// Bytes of payloads. Lanes of a class that the topology does not have take none.
     #[must_use]
     pub fn bytes(&self) -> usize {
         let of_links = usize::from(self.ports) * self.lanes_used() * usize::from(self.depth);
@@ -69,7 +79,7 @@ impl RouterSize {
 /// A packet in a buffer; its payload lies apart.
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
-pub struct Slot {
+pub(super) struct Slot {
     pub(super) to: u16,
     pub(super) from: u16,
     pub(super) len: u16,
@@ -88,7 +98,7 @@ const NONE: u16 = u16::MAX - 1;
 /// A first-in first-out queue of slots, and where its head goes: all that the choice of the next packet has to read.
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
-pub struct Fifo {
+pub(super) struct Fifo {
     pub(super) first: u8,
     pub(super) len: u8,
     /// Most that it ever held.
@@ -121,15 +131,30 @@ impl Default for Fifo {
     }
 }
 
-/// What a router is lent: slices of its [`RouterSize`], their content does not matter.
+/// The buffers of a router: slices of its [`RouterSize`].
 #[derive(Debug)]
-pub struct RouterMemory<'a> {
+pub(super) struct RouterMemory<'a> {
     /// [`RouterSize::slots`].
-    pub slots: &'a mut [Slot],
+    pub(super) slots: &'a mut [Slot],
     /// [`RouterSize::queues`].
-    pub fifos: &'a mut [Fifo],
+    pub(super) fifos: &'a mut [Fifo],
     /// [`RouterSize::ports`].
-    pub ports: &'a mut [PortState],
+    pub(super) ports: &'a mut [PortState],
     /// [`RouterSize::bytes`].
-    pub bytes: &'a mut [u8],
+    pub(super) bytes: &'a mut [u8],
+}
+
+impl<'a> RouterMemory<'a> {
+    /// Empty buffers.
+    pub(super) fn carve(arena: &mut Arena<'a>, size: &RouterSize) -> Result<Self, ArenaFull> {
+        let memory = Self {
+            slots: arena.carve(size.slots())?,
+            fifos: arena.carve(size.queues())?,
+            ports: arena.carve(usize::from(size.ports))?,
+            bytes: arena.carve(size.bytes())?,
+        };
+        memory.fifos.fill(Fifo::default());
+        memory.ports.fill(PortState::new(size.depth));
+        Ok(memory)
+    }
 }

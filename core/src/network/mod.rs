@@ -18,12 +18,11 @@ mod port;
 mod router;
 mod topology;
 
-pub use buffers::{Fifo, RouterMemory, RouterSize, Slot};
+pub use buffers::RouterSize;
 pub use credit::{Arrival, CreditReceiver, CreditSender, Sequence};
 pub use grid::{DIMENSIONS_MAX, Grid};
 pub use mesh::{HOST, Mesh};
 pub use packet::{Channel, LANES, Lane, PacketHeader};
 pub use parse::TopologyError;
-pub use port::PortState;
 pub use router::{Busy, Received, Router};
 pub use topology::{Hop, NODES_MAX, NodeId, Port, Topology};

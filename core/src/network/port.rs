@@ -6,7 +6,7 @@ use super::{CreditReceiver, CreditSender, Sequence};
 /// The two directions of a link, by lane.
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
-pub struct PortState {
+pub(super) struct PortState {
     pub(super) senders: [CreditSender; LANES],
     pub(super) receivers: [CreditReceiver; LANES],
     /// The limits that the far end was last told.

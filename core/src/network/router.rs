@@ -1,7 +1,8 @@
-use super::buffers::{ARRIVED, Fifo, RouterMemory, RouterSize, Slot};
+use super::buffers::{ARRIVED, RouterMemory, RouterSize, Slot};
 use super::packet::{Channel, LANES, Lane, PacketHeader};
-use super::port::{ASK, PASSED_MAX, PortState, TELL};
+use super::port::{ASK, PASSED_MAX, TELL};
 use super::{Arrival, CreditSender, Mesh, NodeId, Port, Sequence};
+use crate::store::{Arena, ArenaFull};
 
 /// What became of a packet that came over a link.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -47,28 +48,21 @@ pub struct Router<'a> {
 }
 
 impl<'a> Router<'a> {
-    /// A router with empty buffers. `None` if a slice is shorter than `size` says.
-    #[must_use]
+    /// A router with empty buffers.
+    ///
+    /// # Errors
+    /// [`ArenaFull`] if the arena has less than [`RouterSize::arena_bytes`].
     pub fn new(
+        arena: &mut Arena<'a>,
         mesh: Mesh,
         here: NodeId,
         size: RouterSize,
-        memory: RouterMemory<'a>,
-    ) -> Option<Self> {
-        let fits = memory.slots.len() >= size.slots()
-            && memory.fifos.len() >= size.queues()
-            && memory.ports.len() >= usize::from(size.ports)
-            && memory.bytes.len() >= size.bytes();
-        if !fits {
-            return None;
-        }
-        memory.fifos.fill(Fifo::default());
-        memory.ports.fill(PortState::new(size.depth));
-        Some(Self {
+    ) -> Result<Self, ArenaFull> {
+        Ok(Self {
             mesh,
             here,
             size,
-            memory,
+            memory: RouterMemory::carve(arena, &size)?,
             holds: false,
             held: [0; Channel::ALL.len()],
             changed: 0,

@@ -4,7 +4,7 @@ use super::rules::Rule;
 use super::slots::{FetchSlot, RaySlot, Root, RootState, Serve, ShadowSlot, Stage};
 use super::tiles::Tiles;
 use super::{Counts, Lack, Next, NodePlan, Progress, Rom, Settings, Time, Work, World};
-use crate::network::{Channel, NodeId, Router};
+use crate::network::{Channel, Mesh, NodeId, Router};
 use crate::protocol::Message;
 use crate::shade::Sum;
 use crate::store::{Arena, ArenaFull, BlockCache, Budget, Line, Queue};
@@ -80,7 +80,7 @@ const QUANTUM: u32 = 2;
 const REQUESTS: u32 = 16;
 
 impl<'a, W: World> Node<'a, W> {
-    /// A node in its arena, with the blocks of `rom`.
+    /// The node of `mesh` that `rom` is the share of, in its arena.
     ///
     /// # Errors
     /// [`ArenaFull`] if the arena is smaller than the plan.
@@ -90,17 +90,11 @@ impl<'a, W: World> Node<'a, W> {
         budget: Budget,
         settings: Settings,
         rom: Rom<'a>,
-        router: impl FnOnce(crate::network::RouterMemory<'a>) -> Option<Router<'a>>,
+        mesh: Mesh,
         world: W,
     ) -> Result<Self, ArenaFull> {
-        let memory = crate::network::RouterMemory {
-            slots: arena.carve(plan.router.slots())?,
-            fifos: arena.carve(plan.router.queues())?,
-            ports: arena.carve(usize::from(plan.router.ports))?,
-            bytes: arena.carve(plan.router.bytes())?,
-        };
-        let short = ArenaFull { need: plan.router.bytes(), have: 0 };
-        let router = router(memory).ok_or(short)?;
+        let here = rom.here();
+        let router = Router::new(arena, mesh, here, plan.router)?;
         let payload = plan.payload();
         let outbox = Outbox::new(
             arena.carve(plan.bundles)?,
@@ -113,7 +107,7 @@ impl<'a, W: World> Node<'a, W> {
         Ok(Self {
             world,
             settings,
-            here: router.here(),
+            here,
             router,
             outbox,
             rays: arena.carve(plan.rays)?,

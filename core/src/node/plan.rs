@@ -1,7 +1,7 @@
 use super::outbox::Open;
 use super::slots::{FetchSlot, RaySlot, Root, Serve, ShadowSlot};
 use super::{RayKind, Schedule};
-use crate::network::{Fifo, Mesh, NodeId, PortState, RouterSize, Slot};
+use crate::network::{Mesh, NodeId, RouterSize};
 use crate::protocol::Item;
 use crate::shade::Sum;
 use crate::store::{
@@ -223,22 +223,16 @@ impl NodePlan {
             Arena::bytes_of::<u16>(self.rays).saturating_mul(2),
         ]);
         let roots = Arena::bytes_of::<Root>(self.tiles.saturating_add(self.visits));
-        let packets = self.router.slots();
+        let packets = self.router.slots().saturating_add(self.bundles);
         let messages = sum(&[
-            Arena::bytes_of::<Slot>(packets),
-            Arena::bytes_of::<Fifo>(self.router.queues()),
-            Arena::bytes_of::<PortState>(usize::from(self.router.ports)),
-            Arena::bytes_of::<u8>(self.router.bytes()),
+            self.router.arena_bytes(),
             Arena::bytes_of::<Open>(self.bundles),
             Arena::bytes_of::<u8>(self.bundles.saturating_mul(self.payload())),
             Arena::bytes_of::<u8>(self.payload()),
             Arena::bytes_of::<Serve>(self.serves),
         ]);
-        let table = match self.frames {
-            0 => frame_table_bytes(0),
-            frames => frame_table_bytes(frames),
-        };
-        let table = sum(&[table, Arena::bytes_of::<FetchSlot>(self.fetches)]);
+        let fetches = Arena::bytes_of::<FetchSlot>(self.fetches);
+        let table = sum(&[frame_table_bytes(self.frames), fetches]);
         let pixels = self.tiles.saturating_mul(self.pixels());
         let frames = self.block_bytes.saturating_mul(self.frames);
         let owned = self.block_bytes.saturating_mul(self.owned);
@@ -251,7 +245,7 @@ impl NodePlan {
                 self.shadows,
                 Arena::bytes_of::<ShadowSlot>(self.shadows),
             ),
-            LineBudget::new(Line::Messages, packets.saturating_add(self.bundles), messages),
+            LineBudget::new(Line::Messages, packets, messages),
             LineBudget::new(Line::Tile, self.tiles, Arena::bytes_of::<Sum>(pixels)),
             LineBudget::new(Line::FrameTable, self.frames, table),
             LineBudget::new(Line::Frames, self.frames, Arena::bytes_of::<u8>(frames)),

@@ -52,6 +52,12 @@ impl<'a> Rom<'a> {
         Self { packed: true, ..Self::of_file(bytes, block_bytes, placement, here) }
     }
 
+    /// Whose share it is.
+    #[must_use]
+    pub const fn here(&self) -> NodeId {
+        self.here
+    }
+
     /// Whether the node has this block.
     #[inline]
     #[must_use]

@@ -1,7 +1,8 @@
 use super::*;
 use crate::{Crash, Rate, Switching};
-use kiloray_core::network::{Channel, Fifo, PortState, RouterMemory, RouterSize, Slot, Topology};
+use kiloray_core::network::{Channel, RouterSize, Topology};
 use kiloray_core::node::{Progress, Work};
+use kiloray_core::store::{Arena, CHUNK_BYTES, Chunk};
 use proptest::prelude::*;
 
 /// Something to send.
@@ -64,10 +65,7 @@ impl<'m> Actor<'m> for Toy<'m> {
 
 struct Lent {
     size: RouterSize,
-    slots: Vec<Slot>,
-    fifos: Vec<Fifo>,
-    ports: Vec<PortState>,
-    bytes: Vec<u8>,
+    chunks: Vec<Chunk>,
 }
 
 const PAYLOAD: u16 = 1000;
@@ -122,22 +120,16 @@ fn run_with_work(
     let mut memory: Vec<Lent> = places()
         .map(|here| {
             let size = RouterSize::new(&mesh, here, depth, PAYLOAD);
-            Lent {
-                size,
-                slots: vec![bytemuck::Zeroable::zeroed(); size.slots()],
-                fifos: vec![Fifo::default(); size.queues()],
-                ports: vec![bytemuck::Zeroable::zeroed(); usize::from(size.ports)],
-                bytes: vec![0; size.bytes()],
-            }
+            Lent { size, chunks: vec![Chunk::ZERO; size.arena_bytes() / CHUNK_BYTES] }
         })
         .collect();
     let mut toys: Vec<Toy<'_>> = memory
         .iter_mut()
         .zip(places())
         .map(|(lent, here)| {
-            let Lent { size, slots, fifos, ports, bytes } = lent;
-            let memory = RouterMemory { slots, fifos, ports, bytes };
-            let router = Router::new(mesh, here, *size, memory).expect("the memory has the size");
+            let mut arena = Arena::new(&mut lent.chunks);
+            let router =
+                Router::new(&mut arena, mesh, here, lent.size).expect("the memory has the size");
             let mine = (0..).zip(letters.iter().copied()).filter(|(_, l)| l.from == here.0);
             let mut letters: Vec<(u32, Letter)> = mine.collect();
             letters.sort_by_key(|(_, letter)| std::cmp::Reverse(letter.at));

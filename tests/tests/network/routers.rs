@@ -4,9 +4,9 @@
 use std::collections::BTreeMap;
 
 use kiloray_core::network::{
-    Channel, Fifo, HOST, Mesh, NodeId, PacketHeader, Port, PortState, Received, Router,
-    RouterMemory, RouterSize, Slot, Topology,
+    Channel, HOST, Mesh, NodeId, PacketHeader, Port, Received, Router, RouterSize, Topology,
 };
+use kiloray_core::store::{Arena, CHUNK_BYTES, Chunk};
 use proptest::prelude::*;
 
 /// Longest payload.
@@ -28,23 +28,14 @@ struct Memory(Vec<Lent>);
 /// What one router is lent.
 struct Lent {
     size: RouterSize,
-    slots: Vec<Slot>,
-    fifos: Vec<Fifo>,
-    ports: Vec<PortState>,
-    bytes: Vec<u8>,
+    chunks: Vec<Chunk>,
 }
 
 impl Memory {
     fn new(mesh: &Mesh, depth: u16) -> Self {
         let lent = |here| {
             let size = RouterSize::new(mesh, here, depth, PAYLOAD);
-            Lent {
-                size,
-                slots: vec![bytemuck::Zeroable::zeroed(); size.slots()],
-                fifos: vec![Fifo::default(); size.queues()],
-                ports: vec![bytemuck::Zeroable::zeroed(); usize::from(size.ports)],
-                bytes: vec![0; size.bytes()],
-            }
+            Lent { size, chunks: vec![Chunk::ZERO; size.arena_bytes() / CHUNK_BYTES] }
         };
         Self(places(mesh).map(lent).collect())
     }
@@ -58,9 +49,8 @@ fn places(mesh: &Mesh) -> impl Iterator<Item = NodeId> + use<> {
 impl<'a> Network<'a> {
     fn new(mesh: Mesh, memory: &'a mut Memory, packets: usize) -> Self {
         let routers = memory.0.iter_mut().zip(places(&mesh)).map(|(lent, here)| {
-            let Lent { size, slots, fifos, ports, bytes } = lent;
-            let memory = RouterMemory { slots, fifos, ports, bytes };
-            Router::new(mesh, here, *size, memory).expect("the memory has the size")
+            let mut arena = Arena::new(&mut lent.chunks);
+            Router::new(&mut arena, mesh, here, lent.size).expect("the memory has the size")
         });
         Self { mesh, routers: routers.collect(), wires: BTreeMap::new(), arrived: vec![0; packets] }
     }

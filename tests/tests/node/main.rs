@@ -8,9 +8,7 @@ mod link;
 
 use executor::{Tasks, TestClock};
 use kiloray_core::block::KiloView;
-use kiloray_core::network::{
-    HOST, Mesh, NodeId, PacketHeader, Port, Router, RouterMemory, RouterSize, Topology,
-};
+use kiloray_core::network::{HOST, Mesh, NodeId, PacketHeader, Port, Router, RouterSize, Topology};
 use kiloray_core::node::{
     Actor, Clock, Dealing, Joint, Next, Node, NodeNeeds, NodePlan, Picture, Placement, Prefetch,
     Rom, Schedule, Settings, TaskOrder, Time, run,
@@ -122,11 +120,10 @@ fn by_two_nodes(
     let [mut first, mut second] = [NodeId(0), NodeId(1)].map(|here| {
         let plan = plan(here);
         let rom = Rom::of_file(file.block_section(), BLOCK_BYTES, placement, here);
-        let router = |memory| Router::new(mesh, here, plan.router, memory);
         let world = Picture::new(Scalar, shader, camera, tiling, file.limits());
         let budget = plan.budget(MEMORY).expect("it was planned");
         let mut arena = Arena::new(arenas.next().expect("two"));
-        let node = Node::new(&mut arena, &plan, budget, settings, rom, router, world);
+        let node = Node::new(&mut arena, &plan, budget, settings, rom, mesh, world);
         node.expect("it fits")
     });
     let complete = Cell::new(false);
@@ -134,15 +131,9 @@ fn by_two_nodes(
     let size = RouterSize::new(&mesh, HOST, size.depth, size.payload);
     let mut host_memory = vec![Chunk::ZERO; MEMORY / CHUNK_BYTES];
     let mut arena = Arena::new(&mut host_memory);
-    let memory = RouterMemory {
-        slots: arena.carve(size.slots()).expect("room"),
-        fifos: arena.carve(size.queues()).expect("room"),
-        ports: arena.carve(usize::from(size.ports)).expect("room"),
-        bytes: arena.carve(size.bytes()).expect("room"),
-    };
     let ledger = Ledger::new(WIDTH, HEIGHT, SIDE, shader.settings().seed, shader.unit(), 1);
     let mut host = Host {
-        router: Router::new(mesh, HOST, size, memory).expect("room"),
+        router: Router::new(&mut arena, mesh, HOST, size).expect("room"),
         ledger: ledger.expect("a picture").with_askers(2),
         complete: &complete,
     };

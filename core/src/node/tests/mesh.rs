@@ -5,8 +5,7 @@ use super::super::*;
 use super::state::{NOW, Timer};
 use super::toy::Toy;
 use crate::network::{
-    Channel, HOST, Mesh, NodeId, PacketHeader, Port, Received, Router, RouterMemory, RouterSize,
-    Topology,
+    Channel, HOST, Mesh, NodeId, PacketHeader, Port, Received, Router, RouterSize, Topology,
 };
 use crate::protocol::{Items, Message, write};
 use crate::shade::Sum;
@@ -195,10 +194,9 @@ impl<'a> World<'a> {
                 let here = NodeId(node);
                 let plan = setup.node_plan(here);
                 let rom = Rom::of_file(blocks, setup.toy.block_bytes, settings.placement, here);
-                let router = |memory| Router::new(mesh, here, plan.router, memory);
                 let budget = plan.budget(usize::MAX).unwrap();
                 let mut arena = Arena::new(memory);
-                let node = Node::new(&mut arena, &plan, budget, settings, rom, router, setup.toy);
+                let node = Node::new(&mut arena, &plan, budget, settings, rom, mesh, setup.toy);
                 let mut node = node.unwrap();
                 if let Some(Broken::Node(rule)) = setup.broken {
                     node.broken = Some(rule);
@@ -211,13 +209,7 @@ impl<'a> World<'a> {
         let payload = NodePlan::packet_min(setup.toy.block_bytes) as u16;
         let size = RouterSize::new(&mesh, HOST, 1, payload);
         let mut arena = Arena::new(host_memory);
-        let memory = RouterMemory {
-            slots: arena.carve(size.slots()).unwrap(),
-            fifos: arena.carve(size.queues()).unwrap(),
-            ports: arena.carve(size.ports.into()).unwrap(),
-            bytes: arena.carve(size.bytes()).unwrap(),
-        };
-        let mut host = Router::new(mesh, HOST, size, memory).unwrap();
+        let mut host = Router::new(&mut arena, mesh, HOST, size).unwrap();
         host.one_channel = setup.broken == Some(Broken::OneChannel);
         let count = nodes.len();
         let links = (0..mesh.nodes())

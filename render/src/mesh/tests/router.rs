@@ -1,14 +1,13 @@
 //! The ledger at a router.
 
 use crate::Ledger;
-use bytemuck::Zeroable;
 use kiloray_core::network::{
-    Channel, Fifo, HOST, Mesh, NodeId, PacketHeader, Port, PortState, Received, Router,
-    RouterMemory, RouterSize, Slot, Topology,
+    Channel, HOST, Mesh, NodeId, PacketHeader, Port, Received, Router, RouterSize, Topology,
 };
 use kiloray_core::node::{Lack, Next, Time};
 use kiloray_core::protocol::{Items, Message, write};
 use kiloray_core::shade::Unit;
+use kiloray_core::store::{Arena, CHUNK_BYTES, Chunk};
 
 const PAYLOAD: u16 = 96;
 /// The only one.
@@ -17,28 +16,17 @@ const NODE: NodeId = NodeId(0);
 /// What a router is lent.
 struct Memory {
     size: RouterSize,
-    slots: Vec<Slot>,
-    fifos: Vec<Fifo>,
-    ports: Vec<PortState>,
-    bytes: Vec<u8>,
+    chunks: Vec<Chunk>,
 }
 
 impl Memory {
     fn new(here: NodeId, depth: u16) -> Self {
         let size = RouterSize::new(&mesh(), here, depth, PAYLOAD);
-        Self {
-            size,
-            slots: vec![Slot::zeroed(); size.slots()],
-            fifos: vec![Fifo::default(); size.queues()],
-            ports: vec![PortState::zeroed(); usize::from(size.ports)],
-            bytes: vec![0; size.bytes()],
-        }
+        Self { size, chunks: vec![Chunk::ZERO; size.arena_bytes() / CHUNK_BYTES] }
     }
 
     fn router(&mut self, here: NodeId) -> Router<'_> {
-        let Self { size, slots, fifos, ports, bytes } = self;
-        let memory = RouterMemory { slots, fifos, ports, bytes };
-        Router::new(mesh(), here, *size, memory).unwrap()
+        Router::new(&mut Arena::new(&mut self.chunks), mesh(), here, self.size).unwrap()
     }
 }
 

@@ -4,9 +4,10 @@
 
 use core::hint::black_box;
 use kiloray_core::network::{
-    Channel, CreditReceiver, CreditSender, Fifo, Grid, Mesh, NodeId, Port, PortState, Router,
-    RouterMemory, RouterSize, Sequence, Slot, Topology,
+    Channel, CreditReceiver, CreditSender, Grid, Mesh, NodeId, Port, Router, RouterSize, Sequence,
+    Topology,
 };
+use kiloray_core::store::{Arena, Chunk};
 use kiloray_no_panic::{any, any_bytes, any_room, entry, print};
 
 #[inline(never)]
@@ -48,14 +49,11 @@ fn credits() {
 }
 
 #[inline(never)]
-fn router(mesh: Mesh, bytes: &mut [u8]) {
-    let mut slots: [Slot; 32] = bytemuck::Zeroable::zeroed();
-    let mut fifos = [Fifo::default(); 32];
-    let mut ports: [PortState; 8] = bytemuck::Zeroable::zeroed();
-    let memory = RouterMemory { slots: &mut slots, fifos: &mut fifos, ports: &mut ports, bytes };
+fn router(mesh: Mesh, memory: &mut [Chunk]) {
     let size =
         RouterSize { ports: any(), classes: any(), depth: any(), own: any(), payload: any() };
-    let Some(mut router) = Router::new(mesh, NodeId(any()), size, memory) else { return };
+    let router = Router::new(&mut Arena::new(memory), mesh, NodeId(any()), size);
+    let Ok(mut router) = router else { return };
     for _ in 0..any::<u32>() {
         for channel in Channel::ALL {
             black_box(router.inject(NodeId(any()), channel, any(), any_bytes()).is_ok());
@@ -77,7 +75,7 @@ entry!({
     topology(&Topology::Tree { nodes: any(), arity: any() });
     topology(&Topology::Full { nodes: any() });
     mesh(&Mesh::new(Topology::Tree { nodes: any(), arity: any() }));
-    router(Mesh::new(Topology::Full { nodes: any() }), any_room(&mut [0; 512]));
+    router(Mesh::new(Topology::Full { nodes: any() }), any_room(&mut [Chunk::ZERO; 64]));
     if let Some(grid) = Grid::new(any_room(&mut [1; 4]), any::<u8>() == 0) {
         topology(&Topology::Grid(grid));
         mesh(&Mesh::new(Topology::Grid(grid)));

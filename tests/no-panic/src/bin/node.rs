@@ -4,7 +4,7 @@
 
 use core::hint::black_box;
 use kiloray_core::block::KiloView;
-use kiloray_core::network::{Mesh, NodeId, Port, Router, RouterSize, Topology};
+use kiloray_core::network::{Mesh, NodeId, Port, RouterSize, Topology};
 use kiloray_core::node::{
     Dealing, Node, NodeNeeds, NodePlan, Picture, Placement, Prefetch, Rom, Schedule, Settings,
     TaskOrder, Time,
@@ -101,8 +101,7 @@ fn run(file: KiloView<'_>, mesh: Mesh, settings: Settings, plan: &NodePlan, budg
     let rom = if any::<u8>() == 0 { Rom::of_file } else { Rom::of_share };
     let rom = rom(any_bytes(), any(), settings.placement, NodeId(any()));
     black_box((rom.block(any()), rom.holds_all(), rom.len()));
-    let router = |memory| Router::new(mesh, NodeId(any()), plan.router, memory);
-    let node = Node::new(&mut arena, plan, budget, settings, rom, router, world);
+    let node = Node::new(&mut arena, plan, budget, settings, rom, mesh, world);
     let Ok(mut node) = node else { return };
     for _ in 0..any::<u32>() {
         let received = node.router().receive(Port(any()), any_bytes(), |_| any::<u8>() == 0);
