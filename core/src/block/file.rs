@@ -53,6 +53,11 @@ pub enum FileError {
         /// Index of the entry.
         entry: u32,
     },
+    /// The scene needs what this build leaves out.
+    LeftOut {
+        /// Bits of [`Needs`].
+        needs: u32,
+    },
     /// A block is refused.
     Block {
         /// Its number.
@@ -117,6 +122,10 @@ impl<'a> KiloView<'a> {
         let [needs] = needs else { return Err(FileError::Header) };
         if !tables::header_is_sound(header) {
             return Err(FileError::Header);
+        }
+        let left_out = needs.bits & Needs::LEFT_OUT;
+        if left_out != 0 {
+            return Err(FileError::LeftOut { needs: left_out });
         }
         let blocks = blocks(bytes, header, end)?;
         let block_quads = header.block_bytes as usize / size_of::<Quad>();
@@ -289,6 +298,16 @@ impl fmt::Display for FileError {
                     Table::Needs => "needs",
                 };
                 write!(f, "{name} {entry} has an unknown kind, index or number")
+            }
+            Self::LeftOut { needs } => {
+                f.write_str("the scene needs what is left out here:")?;
+                let names = [
+                    (Needs::SPECULAR | Needs::GLOSSY | Needs::DIELECTRIC, " `specular`"),
+                    (Needs::TRANSPARENT, " `transparent`"),
+                    (Needs::SPHERES, " `sphere`"),
+                ];
+                let mut needed = names.into_iter().filter(|(bits, _)| needs & bits != 0);
+                needed.try_for_each(|(_, name)| f.write_str(name))
             }
             Self::Block { block, error } => write!(f, "block {block}: {error}"),
         }

@@ -139,7 +139,7 @@ impl<'a, T: Tracer> Picture<'a, T> {
     }
 
     fn is_transparent(&self) -> bool {
-        self.shader.tables().needs.bits & Needs::TRANSPARENT != 0
+        self.shader.tables().needs.any(Needs::TRANSPARENT)
     }
 
     /// Enters what the cursor has counted.
@@ -261,6 +261,9 @@ impl<T: Tracer> World for Picture<'_, T> {
         rays: impl ExactSizeIterator<Item = &'r Shadow> + Clone,
         work: &mut Work,
     ) -> bool {
+        if !cfg!(feature = "clips") {
+            return false;
+        }
         // A search that leads nowhere costs; where many did, only some bundles are asked. It decides about time only.
         self.asked = self.asked.wrapping_add(1);
         if self.trust == 0 && !self.asked.is_multiple_of(16) {
@@ -281,6 +284,9 @@ impl<T: Tracer> World for Picture<'_, T> {
         room: &mut [u32],
         work: &mut Work,
     ) -> usize {
+        if !cfg!(feature = "clips") {
+            return 0;
+        }
         let light = rays.clone().next().map_or(u32::MAX, |ray| ray.source);
         let Some(light) = self.shader.tables().lights.get(light as usize) else { return 0 };
         let Ok(nesting) = source.block(0).map(|root| root.header().nesting) else { return 0 };

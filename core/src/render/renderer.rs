@@ -232,7 +232,7 @@ impl<'a> Renderer<'a> {
     ) -> Result<(), RenderError<S::Error>> {
         let tables = work.job.shader.tables();
         let unit = work.job.shader.unit();
-        let transparent = tables.needs.bits & Needs::TRANSPARENT != 0;
+        let transparent = tables.needs.any(Needs::TRANSPARENT);
         let materials = transparent.then_some(tables.materials);
         if tables.lights.len() > 1 {
             sort_by_key(self.shadows.items_mut(), |shadow| shadow.source);
@@ -273,9 +273,8 @@ fn bundle_len(rays: &[Shadow], source: u32) -> usize {
 
 /// Most children of a point that a ray of this depth finds.
 fn children_of(depth: u32, job: &Job<'_>) -> usize {
-    let specular = job.shader.tables().needs.bits & Needs::SPECULAR != 0;
-    if !cfg!(feature = "specular") || !specular || depth >= u32::from(job.shader.settings().bounces)
-    {
+    let specular = job.shader.tables().needs.any(Needs::SPECULAR);
+    if !specular || depth >= u32::from(job.shader.settings().bounces) {
         0
     } else if depth < u32::from(SPLITS) {
         2
@@ -287,7 +286,7 @@ fn children_of(depth: u32, job: &Job<'_>) -> usize {
 /// How often paths may still split from a ray of this depth on.
 pub(crate) fn splits(shader: &Shader<'_>, depth: u32) -> usize {
     let settings = shader.settings();
-    if !cfg!(feature = "specular") || shader.tables().needs.bits & Needs::SPECULAR == 0 {
+    if !shader.tables().needs.any(Needs::SPECULAR) {
         return 0;
     }
     u32::from(SPLITS.min(settings.bounces)).saturating_sub(depth) as usize

@@ -26,4 +26,26 @@ impl Needs {
     pub const DIELECTRIC: u32 = 32;
     /// Light comes from beyond the scene: rays that escape see it.
     pub const DISTANT: u32 = 64;
+
+    /// Bits of what this build leaves out, by its features.
+    pub const LEFT_OUT: u32 = {
+        let mut bits = 0;
+        if !cfg!(feature = "specular") {
+            bits |= Self::SPECULAR | Self::GLOSSY | Self::DIELECTRIC;
+        }
+        if !cfg!(feature = "transparent") {
+            bits |= Self::TRANSPARENT;
+        }
+        if !cfg!(feature = "sphere") {
+            bits |= Self::SPHERES;
+        }
+        bits
+    };
+
+    /// Whether any of these bits occurs, of what this build can do: asked before code that only they need.
+    #[must_use]
+    #[inline]
+    pub const fn any(&self, bits: u32) -> bool {
+        self.bits & bits & !Self::LEFT_OUT != 0
+    }
 }

@@ -95,7 +95,7 @@ impl<'a> Shader<'a> {
     /// Light from infinitely far.
     fn escaped(&self, path: &Path, ray: &Ray) -> Sum {
         let mut sum = Sum::ZERO;
-        if self.tables.needs.bits & Needs::DISTANT == 0 {
+        if !self.tables.needs.any(Needs::DISTANT) {
             return sum;
         }
         let len = libm::sqrtf(ray.direction.dot(ray.direction));
