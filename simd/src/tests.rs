@@ -41,6 +41,11 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
 
     #[test]
+    fn rays_of_a_bundle_stop_at_missing_blocks_and_go_on(seed: u64, of_256 in 0_u32..=256) {
+        bundles::stop_and_go_on(crate::Auto::detect(), seed, of_256);
+    }
+
+    #[test]
     fn parked_rays_find_what_others_find(case in trails::cases()) {
         trails::agree(&case, crate::Auto::detect(), crate::Auto::detect());
     }

@@ -1,13 +1,14 @@
 //! Bundles of up to 64 coherent rays, which visit nodes together.
 
 use super::beam::Beam;
-use super::cursor::{Cursor, TraceError};
+use super::cursor::{Cursor, TraceError, Visited};
 use super::frame::BoxRay;
 use super::group::{GROUP, Group};
 use super::lanes::Lanes;
 use super::query::Query;
 use super::together::{Stack, together};
 use super::tracer::Search;
+use super::trail::Trail;
 use super::walk::Single;
 use crate::block::BlockSource;
 use crate::geometry::{PreparedRay, Ray};
@@ -22,12 +23,46 @@ const FEWEST: usize = 4;
 /// If the slopes along the greatest axis differ by more than this, rays are traced one by one.
 const WIDEST: f32 = 0.25;
 
-/// Room for a bundle: 20 KiB.
+/// Room for a bundle: 22 KiB.
 #[derive(Debug, Clone)]
 pub struct Bundle {
     pub(super) rays: Rays,
     pub(super) stack: Stack,
+    stops: Stops,
+    visited: BundleVisited,
     single: Cursor,
+}
+
+/// What rays visited together: what a machine profile turns into time.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct BundleVisited {
+    /// Nodes: eight boxes each, for all rays as one.
+    pub nodes: u64,
+    /// Boxes, for eight rays side by side.
+    pub boxes: u64,
+    /// Triangles, for eight rays side by side.
+    pub triangles: u64,
+    /// Blocks entered.
+    pub blocks: u64,
+    /// What was tested for single rays on the way, and all that was visited by rays that were alone.
+    pub single: Visited,
+}
+
+/// Where rays of a bundle wait for blocks that the source does not have.
+#[derive(Debug, Clone)]
+pub(super) struct Stops {
+    /// A bit for each ray.
+    stopped: u64,
+    trails: [Trail; BUNDLE],
+}
+
+impl Stops {
+    pub(super) fn stop(&mut self, ray: u8, trail: Trail) {
+        if let Some(place) = self.trails.get_mut(usize::from(ray)) {
+            *place = trail;
+            self.stopped |= 1 << ray;
+        }
+    }
 }
 
 /// The rays of a bundle.
@@ -68,9 +103,36 @@ impl Bundle {
                 t_min: 0.0,
             },
             stack: Stack::new(),
+            stops: Stops { stopped: 0, trails: [Trail::START; BUNDLE] },
+            visited: BundleVisited::NONE,
             single: Cursor::new(),
         }
     }
+
+    /// Where a ray of the last bundle goes on, if the source has stopped it.
+    #[inline]
+    #[must_use]
+    pub fn stopped(&self, ray: usize) -> Option<Trail> {
+        let trail = self.stops.trails.get(ray)?;
+        (self.stops.stopped >> ray & 1 == 1).then_some(*trail)
+    }
+
+    /// What was visited; counts from zero again.
+    pub fn take_visited(&mut self) -> BundleVisited {
+        let single = self.single.take_visited();
+        let visited = core::mem::take(&mut self.visited);
+        BundleVisited { single: single.and(&visited.single), ..visited }
+    }
+}
+
+impl BundleVisited {
+    const NONE: Self = Self {
+        nodes: 0,
+        boxes: 0,
+        triangles: 0,
+        blocks: 0,
+        single: Visited { nodes: 0, leaves: 0, blocks: 0 },
+    };
 }
 
 /// A search of at most [`BUNDLE`] rays, as many together as are coherent.
@@ -89,18 +151,30 @@ impl Search for Together {
         rays: &[Ray],
         queries: &mut [Q],
     ) -> Result<(), TraceError<S::Error>> {
-        let mut left = room.rays.prepare(rays, source.holds_all());
-        while room.rays.coherent(&mut left) {
-            together(lanes, &mut room.rays, &mut room.stack, source, queries)?;
+        let Bundle { rays: bundle, stack, stops, visited, single } = room;
+        stops.stopped = 0;
+        let mut lacks = Ok(());
+        let mut left = bundle.prepare(rays);
+        while bundle.coherent(&mut left) {
+            let lacked = together(lanes, bundle, stack, stops, visited, source, queries)?;
+            lacks = lacks.and(lacked);
         }
         while left.alone != 0 {
-            let i = left.alone.trailing_zeros() as usize;
+            let i = left.alone.trailing_zeros();
             left.alone &= left.alone - 1;
-            if let (Some(ray), Some(query)) = (rays.get(i), queries.get_mut(i)) {
-                Single::<false>::run(lanes, &mut room.single, source, ray, query)?;
+            let (Some(ray), Some(query)) = (rays.get(i as usize), queries.get_mut(i as usize))
+            else {
+                continue;
+            };
+            match Single::<false>::run(lanes, single, source, ray, query) {
+                Err(TraceError::Source(error)) => {
+                    stops.stop(i as u8, single.trail());
+                    lacks = lacks.and(Err(error));
+                }
+                result => result?,
             }
         }
-        Ok(())
+        lacks.map_err(TraceError::Source)
     }
 }
 
@@ -121,7 +195,7 @@ fn kind(ray: &PreparedRay) -> u8 {
 
 impl Rays {
     #[inline(always)]
-    fn prepare(&mut self, rays: &[Ray], holds_all: bool) -> Left {
+    fn prepare(&mut self, rays: &[Ray]) -> Left {
         let mut left = Left { waiting: 0, alone: 0 };
         let places = self.prepared.iter_mut().zip(&mut self.kinds);
         for (i, ((place, kind_of), ray)) in places.zip(rays).enumerate() {
@@ -129,10 +203,6 @@ impl Rays {
             *kind_of = kind(&prepared);
             left.waiting |= u64::from(!prepared.is_none()) << i;
             *place = prepared;
-        }
-        if !holds_all {
-            left.alone = left.waiting;
-            left.waiting = 0;
         }
         left
     }

@@ -29,6 +29,17 @@ pub struct Visited {
     pub blocks: u64,
 }
 
+impl Visited {
+    /// Both.
+    pub(super) const fn and(self, other: &Self) -> Self {
+        Self {
+            nodes: self.nodes.wrapping_add(other.nodes),
+            leaves: self.leaves.wrapping_add(other.leaves),
+            blocks: self.blocks.wrapping_add(other.blocks),
+        }
+    }
+}
+
 /// Where a traversal goes next.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Place {
@@ -119,7 +130,7 @@ const _: () = {
 
 /// More nodes than this no ray visits in a tree that makes sense: 2²⁴. It bounds the time on a file
 /// whose blocks refer to the same nodes again and again.
-const NODES_MAX: u64 = 1 << 24;
+pub(super) const NODES_MAX: u64 = 1 << 24;
 
 /// Why a traversal stopped before its end.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -181,7 +192,8 @@ impl Cursor {
     #[cold]
     #[inline(never)]
     pub(super) fn stop(&mut self, at: Place, collapsed: u32, t_max: f32) {
-        self.trail = Trail::new(&at, &self.levels, collapsed | self.levels.reached(t_max));
+        let taken = self.levels.level.iter().map(|level| level.taken);
+        self.trail = Trail::new(&at, taken, collapsed | self.levels.reached(t_max));
     }
 }
 

@@ -37,7 +37,7 @@ mod walk;
 
 pub use batch::{Batch, FLIGHTS};
 pub use beam::{Beam, BeamFrame, Planes};
-pub use bundle::{BUNDLE, Bundle};
+pub use bundle::{BUNDLE, Bundle, BundleVisited};
 pub use clip::{Clip, ClipCounts, ClipEntry};
 pub(crate) use clip::{Frame as ClipFrame, primitives};
 pub use cursor::{Cursor, TraceError, Visited};

@@ -1,14 +1,15 @@
 //! The traversal of a bundle.
 
 use super::beam::Planes;
-use super::bundle::{GROUPS, Rays};
+use super::bundle::{BundleVisited, GROUPS, Rays, Stops};
 use super::code::{EMPTY, INDEX, is_leaf, is_node, is_ref, records};
-use super::cursor::{Place, TraceError};
-use super::group::{Corners, Crossings, GROUP, Sides};
+use super::cursor::{NODES_MAX, Place, TraceError};
+use super::group::{Corners, Crossings, GROUP, Group, Sides};
 use super::lanes::Lanes;
 use super::leaf::{normals, spheres, triangle};
 use super::octant::{first_octants, ordered};
 use super::query::Query;
+use super::trail::Trail;
 use crate::block::format::{DEPTH_MAX, RECORD_SPHERES, Record};
 use crate::block::{BlockSource, BlockView};
 use crate::geometry::{Hit, PreparedRay, Primitive};
@@ -34,12 +35,21 @@ struct Level {
     pending: u8,
     /// Groups that meet the node.
     groups: u8,
+    /// The `k` that was taken last.
+    taken: u8,
 }
 
 impl Stack {
     pub(super) const fn new() -> Self {
-        const LEVEL: Level =
-            Level { planes: Planes::NONE, child: [0; 8], block: 0, flip: 0, pending: 0, groups: 0 };
+        const LEVEL: Level = Level {
+            planes: Planes::NONE,
+            child: [0; 8],
+            block: 0,
+            flip: 0,
+            pending: 0,
+            groups: 0,
+            taken: 0,
+        };
         Self { live: 0, level: [LEVEL; DEPTH_MAX] }
     }
 
@@ -54,15 +64,19 @@ impl Stack {
 /// The lanes that are asked, by group.
 type Mask = [u8; GROUPS];
 
-/// Finds the hits of a bundle.
+/// Finds the hits of a bundle, as far as the source has the blocks: `Ok(Err(_))` is the first that it lacked.
+///
+/// A missing block stops the rays that need it, each with a trail of its own, and no others.
 #[inline(always)]
 pub(super) fn together<L: Lanes, S: BlockSource, Q: Query>(
     lanes: L,
     rays: &mut Rays,
     stack: &mut Stack,
+    stops: &mut Stops,
+    visited: &mut BundleVisited,
     source: &mut S,
     queries: &mut [Q],
-) -> Result<(), TraceError<S::Error>> {
+) -> Result<Result<(), S::Error>, TraceError<S::Error>> {
     let none = PreparedRay::NONE;
     let [first, ..] = &rays.order;
     let first = *rays.prepared.get(usize::from(*first)).unwrap_or(&none);
@@ -71,9 +85,24 @@ pub(super) fn together<L: Lanes, S: BlockSource, Q: Query>(
     let mut t_max = farthest(rays);
     let mut at = Place::ROOT;
     let mut groups = rays.used;
+    // Lanes that meet the child that is visited, by group.
+    let mut asked: Mask = [u8::MAX; GROUPS];
+    let mut lacks = Ok(());
+    let mut boxes = 0;
     stack.live = 0;
     'block: loop {
-        let view = source.block(at.block).map_err(TraceError::Source)?;
+        let view = match source.block(at.block) {
+            Ok(view) => view,
+            Err(error) => {
+                lacks = lacks.and(Err(error));
+                stack.stop(lanes, rays, stops, &at, groups, &asked);
+                t_max = farthest(rays);
+                let Some(block) = stack.returns_to() else { break };
+                (at.block, at.child) = (block, EMPTY);
+                continue;
+            }
+        };
+        visited.blocks = visited.blocks.wrapping_add(1);
         let frame = rays.beam.frame(view.header());
         loop {
             if is_node(at.child) {
@@ -105,7 +134,7 @@ pub(super) fn together<L: Lanes, S: BlockSource, Q: Query>(
             at.child = EMPTY;
             while at.child == EMPTY {
                 if stack.live == 0 {
-                    return Ok(());
+                    break 'block;
                 }
                 let depth = 31 - stack.live.leading_zeros();
                 let level = stack.at_mut(depth);
@@ -114,9 +143,11 @@ pub(super) fn together<L: Lanes, S: BlockSource, Q: Query>(
                     continue 'block;
                 }
                 let pending = u32::from(level.pending);
-                let slot = (pending.trailing_zeros() ^ u32::from(level.flip)) as usize & 7;
+                let taken = pending.trailing_zeros();
+                let slot = (taken ^ u32::from(level.flip)) as usize & 7;
                 let pending = pending & pending.wrapping_sub(1);
                 level.pending = pending as u8;
+                level.taken = taken as u8;
                 stack.live &= !(u32::from(pending == 0) << depth);
                 let level = stack.at_mut(depth);
                 let enter = level.planes.enter.get(slot).copied().unwrap_or(0.0);
@@ -127,9 +158,10 @@ pub(super) fn together<L: Lanes, S: BlockSource, Q: Query>(
                 }
                 let sides = sides(&level.planes, slot);
                 let leaf = is_leaf(child);
-                let mut asked: Mask = [0; GROUPS];
+                asked = [0; GROUPS];
                 let mut met = 0;
                 let mut waiting = u32::from(level.groups);
+                boxes += waiting.count_ones();
                 while waiting != 0 {
                     let g = waiting.trailing_zeros();
                     waiting &= waiting - 1;
@@ -145,7 +177,7 @@ pub(super) fn together<L: Lanes, S: BlockSource, Q: Query>(
                     continue;
                 }
                 if leaf {
-                    if leaves(lanes, &view, child, axis, rays, met, &asked, queries) {
+                    if leaves(lanes, &view, child, axis, rays, met, &asked, visited, queries) {
                         t_max = farthest(rays);
                     }
                     continue;
@@ -155,6 +187,77 @@ pub(super) fn together<L: Lanes, S: BlockSource, Q: Query>(
                 at.depth = depth as u8 + 1;
             }
         }
+    }
+    visited.nodes = visited.nodes.wrapping_add(NODES_MAX.wrapping_sub(at.steps >> 32));
+    visited.boxes = visited.boxes.wrapping_add(u64::from(boxes));
+    Ok(lacks)
+}
+
+impl Stack {
+    /// The block of the deepest level that has children left.
+    fn returns_to(&mut self) -> Option<u32> {
+        let depth = self.live.checked_ilog2()?;
+        Some(self.at_mut(depth).block)
+    }
+
+    /// Stops the rays that need the block of a place: those in the lanes asked, or where it is the way back to a level, all that meet it.
+    #[cold]
+    #[inline(never)]
+    fn stop<L: Lanes>(
+        &mut self,
+        lanes: L,
+        rays: &mut Rays,
+        stops: &mut Stops,
+        at: &Place,
+        groups: u32,
+        asked: &Mask,
+    ) {
+        let mut at = *at;
+        let (mut groups, mut asked) = (groups, *asked);
+        let live = self.live;
+        if at.child == EMPTY
+            && let Some(depth) = self.live.checked_ilog2()
+        {
+            at.depth = depth as u8 + 1;
+            (groups, asked) = (u32::from(self.at_mut(depth).groups), [u8::MAX; GROUPS]);
+            self.live &= !(1 << depth);
+        }
+        while groups != 0 {
+            let g = groups.trailing_zeros() as usize & (GROUPS - 1);
+            groups &= groups - 1;
+            let (Some(group), Some(&mask)) = (rays.groups.get_mut(g), asked.get(g)) else {
+                continue;
+            };
+            let left = self.reached(lanes, group, live);
+            let order = rays.order.iter().skip(g * GROUP);
+            for (((t_max, left), ray), lane) in group.t_max.iter_mut().zip(left).zip(order).zip(0..)
+            {
+                if u32::from(mask) >> lane & 1 == 0 || *t_max == f32::NEG_INFINITY {
+                    continue;
+                }
+                *t_max = f32::NEG_INFINITY;
+                let taken = self.level.iter().map(|level| level.taken);
+                stops.stop(*ray, Trail::new(&at, taken, left));
+            }
+        }
+    }
+
+    /// Of these levels those on which each ray of a group may still reach a child.
+    #[inline(always)]
+    fn reached<L: Lanes>(&self, lanes: L, group: &Group, live: u32) -> [u32; GROUP] {
+        let mut reached = [0; GROUP];
+        for (level, depth) in self.level.iter().zip(0..).filter(|(_, depth)| live >> depth & 1 == 1)
+        {
+            let mut met = 0;
+            let left = ordered(u32::from(level.pending), level.flip);
+            for slot in (0..8).filter(|slot| left >> slot & 1 == 1) {
+                met |= lanes.meets(group, &sides(&level.planes, slot));
+            }
+            for (reached, lane) in reached.iter_mut().zip(0..) {
+                *reached |= (met >> lane & 1) << depth;
+            }
+        }
+        reached
     }
 }
 
@@ -188,16 +291,19 @@ fn leaves<L: Lanes, Q: Query>(
     rays: &mut Rays,
     met: u32,
     asked: &Mask,
+    visited: &mut BundleVisited,
     queries: &mut [Q],
 ) -> bool {
     let (first, count) = records(leaf);
     let mut changed = false;
+    let single = &mut visited.single.leaves;
     let mut crossings = Crossings::default();
     for index in first..first + count {
         let Some(record) = view.record(index) else { break };
         if record.base & RECORD_SPHERES != 0 {
             one_by_one(rays, met, asked, queries, |ray, query| {
                 changed = true;
+                *single = single.wrapping_add(1);
                 spheres(view, record, ray, query)
             });
             continue;
@@ -211,6 +317,7 @@ fn leaves<L: Lanes, Q: Query>(
             let (Some(a), Some(b), Some(c)) = (a, b, c) else { continue };
             let corners = Corners::new([a, b, c], axis);
             let mut waiting = met;
+            visited.triangles = visited.triangles.wrapping_add(u64::from(met.count_ones()));
             while waiting != 0 {
                 let g = waiting.trailing_zeros() as usize & (GROUPS - 1);
                 waiting &= waiting - 1;

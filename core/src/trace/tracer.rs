@@ -193,11 +193,12 @@ pub trait Tracer: Copy {
     }
 
     /// The closest hits of coherent rays, `hits[i]` that of `rays[i]`, in bundles of [`BUNDLE`]: neighbours together, eight by
-    /// eight. Of the longer slice the rest is left out. What is not coherent, or a source that does not hold all blocks,
-    /// is traced ray by ray.
+    /// eight. Of the longer slice the rest is left out. What is not coherent is traced ray by ray.
     ///
     /// # Errors
-    /// [`TraceError`]: the hits are then incomplete, and the bundle begins anew.
+    /// [`TraceError`]. After `Source`, the first that happened, the bundle with the missing block was traced as far as the source reaches: for the rays that have
+    /// [stopped](Bundle::stopped) a trail and the best hit so far are known, to be continued one by one; for the others, the hit. The bundles behind it
+    /// were not begun.
     #[inline]
     fn closest_bundle<S: BlockSource>(
         self,

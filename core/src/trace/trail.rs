@@ -73,15 +73,15 @@ impl Trail {
         self.block
     }
 
-    /// The trail of a traversal that goes on at this place, with octants left on these levels.
-    pub(super) fn new(at: &Place, levels: &Levels, left: u32) -> Self {
+    /// The trail of a traversal that goes on at this place, with octants left on these levels; of each level which octant was taken.
+    pub(super) fn new(at: &Place, taken: impl Iterator<Item = u8>, left: u32) -> Self {
         let depth = u32::from(at.depth).min(RADIX - 1);
         let span =
             Span { depth, above: end(left & before(depth)), below: end(left & !before(depth)) };
         let mut path = [0; 3];
-        for (level, bit) in levels.level.iter().zip(0..depth.max(span.below)) {
+        for (taken, bit) in taken.zip(0..depth.max(span.below)) {
             for (word, b) in path.iter_mut().zip(0..3) {
-                *word |= (u32::from(level.taken) >> b & 1) << bit;
+                *word |= (u32::from(taken) >> b & 1) << bit;
             }
         }
         Self { path, block: at.block, child: at.child, span: span.encode() }

@@ -3,11 +3,12 @@
 use std::vec::Vec;
 
 use glam::Vec3;
+use proptest::prelude::*;
 
 use super::scenes::{Random, clutter, rays};
 use super::writer::{Blocks, write};
 use super::{OneFrame, Resident};
-use crate::block::SPHERES;
+use crate::block::{BlockSource, BlockView, SPHERES};
 use crate::geometry::{Hit, Ray};
 use crate::trace::{BUNDLE, Bundle, Cursor, Scalar, Tracer};
 
@@ -99,4 +100,73 @@ fn compare(tracer: impl Tracer, blocks: &Blocks, rays: &[Ray]) -> usize {
     assert_eq!(found[..part], any[..part]);
     assert!(found[part..].iter().all(|&found| found));
     any.iter().filter(|&&any| any).count()
+}
+
+/// Has some of the blocks.
+struct Part<'a> {
+    blocks: &'a Blocks,
+    seed: u64,
+    of_256: u32,
+}
+
+impl BlockSource for Part<'_> {
+    type Error = u32;
+
+    fn block(&mut self, block: u32) -> Result<BlockView<'_>, u32> {
+        let here = Random(self.seed ^ u64::from(block)).below(256) < self.of_256;
+        let bytes = self.blocks.get(block).filter(|_| here);
+        bytes.map(BlockView::trusted).ok_or(block)
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(48))]
+
+    /// Where blocks are missing, the rays that need one stop, and go on by their trails; the others have their hits.
+    #[test]
+    fn rays_of_a_bundle_stop_at_missing_blocks_and_go_on(seed: u64, of_256 in 0_u32..=256) {
+        stop_and_go_on(Scalar, seed, of_256);
+    }
+}
+
+pub(crate) fn stop_and_go_on(tracer: impl Tracer, seed: u64, of_256: u32) {
+    let mut random = Random(seed);
+    let items = clutter(1 + random.below(600) as usize, SPHERES, &mut random);
+    let (bytes, leaf, nodes) =
+        [(1 << 10, 1, 1), (1 << 10, 1, 99), (1 << 11, 2, 99)][seed as usize % 3];
+    let blocks = write(&items, bytes, leaf, nodes);
+    let mut source = Part { blocks: &blocks, seed, of_256 };
+    let (mut cursor, mut room) = (Cursor::new(), Bundle::new());
+    for lead in rays(&items, 8, &mut random) {
+        let mut rays = neighbours(&lead, &mut random);
+        rays.truncate(BUNDLE);
+        let mut hits = std::vec![None; rays.len()];
+        let whole = tracer.closest_bundle(&mut room, &mut source, &rays, &mut hits);
+        let mut stopped = 0;
+        for ((i, ray), hit) in rays.iter().enumerate().zip(&hits) {
+            let expected = tracer.closest(&mut cursor, &mut Resident(&blocks), ray).unwrap();
+            let found = match room.stopped(i) {
+                None => *hit,
+                Some(trail) => {
+                    stopped += 1;
+                    assert!(source.block(trail.block()).is_err());
+                    let all = &mut Resident(&blocks);
+                    tracer.continue_closest(&mut cursor, all, ray, *hit, &trail).unwrap()
+                }
+            };
+            assert_eq!(found, expected, "{ray:?}");
+        }
+        assert_eq!(whole.is_err(), stopped > 0);
+        let mut found = std::vec![false; rays.len()];
+        let _ = tracer.any_bundle(&mut room, &mut source, &rays, &mut found);
+        for ((i, ray), found) in rays.iter().enumerate().zip(&found) {
+            let expected = tracer.any(&mut cursor, &mut Resident(&blocks), ray).unwrap();
+            let found = *found
+                || room.stopped(i).is_some_and(|trail| {
+                    let all = &mut Resident(&blocks);
+                    tracer.continue_any(&mut cursor, all, ray, &trail).unwrap()
+                });
+            assert_eq!(found, expected, "{ray:?}");
+        }
+    }
 }
