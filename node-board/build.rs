@@ -19,6 +19,19 @@ fn main() {
     println!("cargo:rustc-link-arg-bins=--nmagic");
     println!("cargo:rustc-link-arg-bins=-Tlink.x");
 
+    if env::var_os("CARGO_FEATURE_LINKS").is_some() {
+        put(&root.join("memory/share.x"), &out.join("share.x"));
+        println!("cargo:rustc-link-arg-bin=kiloray-node=-Tshare.x");
+        println!("cargo:rerun-if-env-changed=KILORAY_SHARE");
+        let share = out.join("share.bin");
+        match env::var_os("KILORAY_SHARE") {
+            Some(file) => put(Path::new(&file), &share),
+            // It is put into the board's flash beside the firmware.
+            None => fs::write(&share, []).expect("OUT_DIR can be written"),
+        }
+        // Of what follows it needs nothing.
+        return;
+    }
     println!("cargo:rerun-if-env-changed=KILORAY_SCENE");
     let Some(scene) = env::var_os("KILORAY_SCENE") else {
         panic!("KILORAY_SCENE must name a .kilo file (`node-board/check` makes one)");

@@ -152,6 +152,9 @@ pub(crate) struct Compile {
     /// Print how the blocks are dealt out to the nodes of a mesh
     #[arg(long, value_name = "N", value_parser = mesh::nodes, allow_hyphen_values = true)]
     pub(crate) nodes: Option<u32>,
+    /// Write what this node (from 0) needs of the scene: the tables and its blocks, for its read-only memory
+    #[arg(long, value_name = "K", value_parser = mesh::node, allow_hyphen_values = true, requires_all = ["nodes", "output"])]
+    pub(crate) for_node: Option<u16>,
     /// Which node owns which blocks: subtrees of equal bytes, or each block in turn
     #[arg(long, value_name = "P", value_enum, default_value_t = Placement::Subtrees, requires = "nodes")]
     pub(crate) placement: Placement,

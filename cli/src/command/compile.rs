@@ -1,7 +1,7 @@
 use kiloray_core::network::NodeId;
 use kiloray_core::node::{Dealing, Placement, Rom};
 use kiloray_core::scene::Needs;
-use kiloray_scene::compile::Stats;
+use kiloray_scene::{compile::Stats, kilo};
 use serde_json::{Value, json};
 
 use crate::{
@@ -18,6 +18,7 @@ const BLOCK: u32 = 16 << 10;
 /// Compiles, prints and writes.
 pub(super) fn run(arguments: &args::Compile) -> Outcome {
     if let Some(path) = &arguments.output
+        && arguments.for_node.is_none()
         && path.extension().is_none_or(|e| !e.eq_ignore_ascii_case("kilo"))
     {
         return Err(Failure::usage(format_args!(
@@ -33,6 +34,14 @@ pub(super) fn run(arguments: &args::Compile) -> Outcome {
             arguments.block_replicas
         )));
     }
+    if let (Some(node), Some(nodes)) = (arguments.for_node, arguments.nodes)
+        && u32::from(node) >= nodes
+    {
+        return Err(Failure::usage(format_args!(
+            "--for-node {node}: {nodes} nodes are numbered from 0 to {}",
+            nodes - 1
+        )));
+    }
     let output = arguments.output.as_deref().map(Output::create).transpose()?;
     let json_out = arguments.json.as_deref().map(Output::create).transpose()?;
     let to_standard = arguments.json.as_deref() == Some("-".as_ref());
@@ -45,10 +54,14 @@ pub(super) fn run(arguments: &args::Compile) -> Outcome {
         shares.iter().try_for_each(Shares::print)?;
     }
     if let Some(output) = output {
-        output.write(scene.file.bytes())?;
+        let of_node = arguments.for_node.zip(shares.as_ref());
+        let share =
+            of_node.map(|(node, shares)| kilo::share(&scene.file, &shares.placement, NodeId(node)));
+        let written = share.as_deref().unwrap_or(scene.file.bytes());
+        output.write(written)?;
         if !arguments.quiet && !to_standard {
             let path = arguments.output.as_deref().unwrap_or_else(|| "".as_ref());
-            line(format_args!("{}: {}", path.display(), bytes(scene.file.bytes().len() as u64)))?;
+            line(format_args!("{}: {}", path.display(), bytes(written.len() as u64)))?;
         }
     }
     match json_out {
@@ -65,6 +78,7 @@ pub(super) fn run(arguments: &args::Compile) -> Outcome {
 
 /// How the blocks are dealt out to the nodes of a mesh.
 struct Shares {
+    placement: Placement,
     nodes: u32,
     copies: u32,
     block_bytes: u64,
@@ -92,6 +106,7 @@ impl Shares {
         };
         let shares: Vec<_> = (0..nodes).map(owned).collect();
         Self {
+            placement,
             nodes,
             copies: placement.copies().into(),
             block_bytes: block_bytes.into(),

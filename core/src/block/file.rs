@@ -88,19 +88,7 @@ impl<'a> KiloView<'a> {
     /// # Errors
     /// [`FileError`] names the first thing found wrong.
     pub fn parse(bytes: &'a [u8]) -> Result<Self, FileError> {
-        let head = bytes.get(..size_of::<FileHeader>());
-        let header: &FileHeader = match head {
-            _ if bytes.get(..4) != Some(&MAGIC) => return Err(FileError::Magic),
-            _ if bytes.as_ptr().align_offset(16) != 0 => return Err(FileError::Alignment),
-            Some(head) => bytemuck::try_from_bytes(head).map_err(|_| FileError::Alignment)?,
-            None => {
-                let expected = size_of::<FileHeader>() as u64;
-                return Err(FileError::Truncated { expected, found: bytes.len() as u64 });
-            }
-        };
-        if header.version != VERSION {
-            return Err(FileError::Version { found: header.version });
-        }
+        let header = header(bytes)?;
         let file = usize::try_from(header.file_bytes).ok().and_then(|n| bytes.get(..n));
         let Some(bytes) = file else {
             let found = bytes.len() as u64;
@@ -110,6 +98,28 @@ impl<'a> KiloView<'a> {
     }
 
     fn open(bytes: &'a [u8], header: &'a FileHeader) -> Result<Self, FileError> {
+        let (file, end) = Self::open_head(bytes, header)?;
+        Ok(Self { blocks: blocks(bytes, header, end)?, ..file })
+    }
+
+    /// Opens the part of a file before its blocks: the header and the tables, checked as [`KiloView::parse`] does. It knows how many blocks there are, and
+    /// has none of them.
+    ///
+    /// # Errors
+    /// As [`KiloView::parse`].
+    pub fn parse_head(bytes: &'a [u8]) -> Result<Self, FileError> {
+        Self::open_head(bytes, header(bytes)?).map(|(file, _)| file)
+    }
+
+    /// Length of the part before the blocks \[bytes\]: that of [`KiloView::parse_head`].
+    #[must_use]
+    pub fn head_bytes(&self) -> usize {
+        // The last table, of one entry.
+        (self.header.needs.at as usize).saturating_add(size_of::<Needs>())
+    }
+
+    /// What lies before the blocks, and where it ends.
+    fn open_head(bytes: &'a [u8], header: &'a FileHeader) -> Result<(Self, usize), FileError> {
         let mut end = size_of::<FileHeader>();
         let materials = section(bytes, header.materials, &mut end)?;
         let lights = section(bytes, header.lights, &mut end)?;
@@ -127,9 +137,8 @@ impl<'a> KiloView<'a> {
         if left_out != 0 {
             return Err(FileError::LeftOut { needs: left_out });
         }
-        let blocks = blocks(bytes, header, end)?;
         let block_quads = header.block_bytes as usize / size_of::<Quad>();
-        Ok(Self { header, materials, lights, views, needs, blocks, block_quads })
+        Ok((Self { header, materials, lights, views, needs, blocks: &[], block_quads }, end))
     }
 
     /// The first bytes.
@@ -243,6 +252,24 @@ impl<'a> KiloView<'a> {
         let at = (block as usize).checked_mul(self.block_quads)?;
         self.blocks.get(at..)?.get(..self.block_quads)
     }
+}
+
+/// The header, of this version.
+fn header(bytes: &[u8]) -> Result<&FileHeader, FileError> {
+    let head = bytes.get(..size_of::<FileHeader>());
+    let header: &FileHeader = match head {
+        _ if bytes.get(..4) != Some(&MAGIC) => return Err(FileError::Magic),
+        _ if bytes.as_ptr().align_offset(16) != 0 => return Err(FileError::Alignment),
+        Some(head) => bytemuck::try_from_bytes(head).map_err(|_| FileError::Alignment)?,
+        None => {
+            let expected = size_of::<FileHeader>() as u64;
+            return Err(FileError::Truncated { expected, found: bytes.len() as u64 });
+        }
+    };
+    if header.version != VERSION {
+        return Err(FileError::Version { found: header.version });
+    }
+    Ok(header)
 }
 
 /// A table; moves `end` to behind it.

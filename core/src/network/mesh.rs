@@ -78,6 +78,11 @@ impl Mesh {
         }
     }
 
+    /// The ports of a node that lead somewhere, in order.
+    pub fn joined(&self, node: NodeId) -> impl Iterator<Item = Port> {
+        (0..self.ports(node)).map(Port).filter(move |&port| self.neighbour(node, port).is_some())
+    }
+
     /// The port of the far node that leads back over the same link.
     #[must_use]
     pub fn reverse(&self, node: NodeId, port: Port) -> Option<Port> {

@@ -47,7 +47,9 @@ mod rays;
 mod rom;
 mod rules;
 mod settings;
+mod setup;
 mod shadows;
+mod share;
 mod shell;
 mod slots;
 #[cfg(test)]
@@ -62,6 +64,8 @@ pub use placement::{Dealing, Placement};
 pub use plan::{NodeNeeds, NodePlan};
 pub use rom::{Missing, Rom};
 pub use settings::{Prefetch, RayKind, Schedule, Settings, TaskOrder};
+pub use setup::{Setup, SetupError};
+pub use share::{Share, ShareError, ShareHeader};
 pub use shell::{Actor, Clock, Joint, Receive, Transmit, run};
 pub use work::{Lack, Next, Progress, Time, Work};
 pub use world::{Lights, Picture, Traced, World};

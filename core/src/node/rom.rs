@@ -62,7 +62,7 @@ impl<'a> Rom<'a> {
     #[inline]
     #[must_use]
     pub fn holds(&self, block: u32) -> bool {
-        if self.ranges.iter().any(|&(first, end)| (first..end).contains(&block)) {
+        if self.is_in_range(block) {
             return true;
         }
         let looked_up = matches!(self.placement.dealing, Dealing::RoundRobin)
@@ -77,13 +77,14 @@ impl<'a> Rom<'a> {
         if !self.holds(block) {
             return None;
         }
-        let index = if self.packed { self.index(block) } else { block as usize };
+        let index = if self.packed { self.place(block) } else { block as usize };
         let at = index.checked_mul(self.block_bytes)?;
         self.bytes.get(at..)?.get(..self.block_bytes)
     }
 
-    /// Where a block of the node lies among its blocks: range behind range, then by number.
-    fn index(&self, block: u32) -> usize {
+    /// Where a block of the node lies among its blocks in a [share](Self::of_share): range behind range, then by number.
+    #[must_use]
+    pub fn place(&self, block: u32) -> usize {
         let mut before = 0;
         for &(first, end) in &self.ranges {
             if (first..end).contains(&block) {
@@ -92,7 +93,13 @@ impl<'a> Rom<'a> {
             before += u64::from(end.saturating_sub(first));
         }
         let (top, in_top) = (self.placement.top, before as usize);
-        in_top.saturating_add((top..block).filter(|&b| self.holds(b)).count())
+        let behind = |&b: &u32| self.holds(b) && !self.is_in_range(b);
+        in_top.saturating_add((top..block).filter(behind).count())
+    }
+
+    #[inline]
+    fn is_in_range(&self, block: u32) -> bool {
+        self.ranges.iter().any(|&(first, end)| (first..end).contains(&block))
     }
 
     /// Whether the node has all blocks.

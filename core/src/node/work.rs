@@ -1,7 +1,10 @@
 use core::ops::AddAssign;
 
+use bytemuck::{Pod, Zeroable};
+
 /// A moment of a node's clock, since its start, or a length of time \[ns\].
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default, Pod, Zeroable)]
+#[repr(transparent)]
 pub struct Time(pub u64);
 
 impl Time {

@@ -3,6 +3,7 @@
 
 mod file;
 mod image;
+mod share;
 #[cfg(test)]
 mod tests;
 mod tree;
@@ -10,3 +11,4 @@ mod write;
 
 pub use file::{KiloError, KiloFile};
 pub use image::{Image, Tables};
+pub use share::share;
