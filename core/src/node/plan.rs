@@ -133,10 +133,8 @@ impl NodePlan {
 
     fn of(step: u32, memory: usize, needs: &NodeNeeds) -> Self {
         let shadows_migrate = needs.schedule.migrates(RayKind::Shadow);
-        let migrates = needs.mesh.nodes() > 1
-            && (needs.schedule.migrates(RayKind::Camera)
-                || needs.splits > 0 && needs.schedule.migrates(RayKind::Specular));
-        let least = needs.splits.saturating_add(1).saturating_add(usize::from(shadows_migrate));
+        let visited = needs.schedule.expects_visits(needs.mesh.nodes(), needs.splits);
+        let least = needs.schedule.reserve(needs.splits).saturating_add(1);
         let rays = if step == 0 { least } else { (4_usize << step).max(least) };
         let payload = match needs.packet {
             0 => Self::packet(memory, needs.block_bytes),
@@ -165,7 +163,7 @@ impl NodePlan {
                 2 => 2,
                 _ => 3,
             },
-            visits: if migrates { (rays / 2).max(1) } else { 0 },
+            visits: if visited { (rays / 2).max(1) } else { 0 },
             side: needs.side.max(1),
             fetches: if step == 0 { remote } else { remote.saturating_mul(rays.min(FETCHES_MAX)) },
             serves: if step == 0 { 1 } else { 4_usize << step },

@@ -1,6 +1,6 @@
 use super::rules::Rule;
 use super::slots::{FetchSlot, RaySlot, Root, RootState, Stage};
-use super::{Node, RayKind, Time, Traced, World};
+use super::{Node, RayKind, Settings, Time, Traced, World};
 use crate::network::NodeId;
 use crate::protocol::{Message, RayMessage, ReturnAddress, split};
 use crate::shade::{Counts as ShadeCounts, PackedHit, PathRay};
@@ -21,11 +21,9 @@ impl<W: World> Node<'_, W> {
         if !self.keeps(Rule::Reserve) {
             return 0;
         }
-        // Where shadow rays migrate, each takes a slot.
-        let shadow = usize::from(self.settings.schedule.migrates(RayKind::Shadow));
         let splits = self.world.splits(ray.depth());
         let splits = if self.keeps(Rule::ReserveByDepth) { splits } else { splits.min(1) };
-        if ray.is_shadow() { 0 } else { splits.saturating_add(shadow) }
+        if ray.is_shadow() { 0 } else { self.settings.schedule.reserve(splits) }
     }
 
     pub(super) fn may_take_slot(&self, ray: &PathRay) -> bool {
@@ -389,10 +387,11 @@ impl<W: World> Node<'_, W> {
 
     /// Whether a camera ray can begin: some slots are left to rays of other nodes.
     pub(super) fn can_open_camera_rays(&self) -> bool {
-        let kept = if self.expects_visits() { self.rays.len() / 4 } else { 0 };
-        let shadow = usize::from(self.settings.schedule.migrates(RayKind::Shadow));
-        let reserve = self.world.splits(0).saturating_add(shadow);
-        self.free_len > reserve.max(kept) && self.tiles.opening(self.roots).is_some()
+        let Settings { schedule, placement, .. } = &self.settings;
+        let splits = self.world.splits(0);
+        let visited = schedule.expects_visits(placement.nodes, splits);
+        let kept = if visited { self.rays.len() / 4 } else { 0 };
+        self.free_len > schedule.reserve(splits).max(kept) && self.tiles.opening(self.roots).is_some()
     }
 
     /// Lets all go on that wait for this block.

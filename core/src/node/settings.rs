@@ -53,6 +53,18 @@ impl Schedule {
             Self::Data => true,
         }
     }
+
+    /// Slots that must stay free beside that of a ray, if paths may split so often from it on (rule 7): each split takes another,
+    /// and so does each shadow ray that migrates.
+    pub(super) fn reserve(self, splits: usize) -> usize {
+        splits.saturating_add(usize::from(self.migrates(RayKind::Shadow)))
+    }
+
+    /// Whether a node of so many has visits to expect, if paths may split so often.
+    pub(super) const fn expects_visits(self, nodes: u16, splits: usize) -> bool {
+        let specular = splits > 0 && self.migrates(RayKind::Specular);
+        nodes > 1 && (self.migrates(RayKind::Camera) || self.migrates(RayKind::Shadow) || specular)
+    }
 }
 
 /// How many blocks are fetched ahead for a bundle of shadow rays.

@@ -1,5 +1,5 @@
 use super::slots::{Root, RootState};
-use super::{Node, RayKind, Time, World};
+use super::{Node, Time, World};
 use crate::network::{HOST, NodeId};
 use crate::protocol::{Item, Message};
 use crate::shade::Sum;
@@ -275,13 +275,5 @@ impl<W: World> Node<'_, W> {
                 self.note_deadline(deadline);
             }
         }
-    }
-
-    /// Whether rays of other nodes are to be expected.
-    pub(super) fn expects_visits(&self) -> bool {
-        let schedule = self.settings.schedule;
-        self.settings.placement.nodes > 1
-            && (schedule.migrates(RayKind::Camera)
-                || self.world.splits(0) > 0 && schedule.migrates(RayKind::Specular))
     }
 }
