@@ -21,6 +21,18 @@ pub fn passes_shadow_rays(material: &Material) -> bool {
     }
 }
 
+impl OpticalDepth {
+    /// Goes on through what a shadow ray has hit: whether nothing of its light is left. What no material of the table is stops it.
+    pub fn cross(&mut self, materials: &[Material], ray: &Ray, hit: &Hit) -> bool {
+        let here = match materials.get(usize::from(hit.material)) {
+            Some(material) => crossing(material, ray, hit),
+            None => Self::OPAQUE,
+        };
+        *self = self.and(here);
+        self.is_opaque()
+    }
+}
+
 /// What a shadow ray loses where it hits; [`OpticalDepth::OPAQUE`] if it stops there.
 ///
 /// It is a function of the material, the ray and the primitive's plane: shading normals do not count.

@@ -391,7 +391,8 @@ impl<W: World> Node<'_, W> {
         let splits = self.world.splits(0);
         let visited = schedule.expects_visits(placement.nodes, splits);
         let kept = if visited { self.rays.len() / 4 } else { 0 };
-        self.free_len > schedule.reserve(splits).max(kept) && self.tiles.opening(self.roots).is_some()
+        self.free_len > schedule.reserve(splits).max(kept)
+            && self.tiles.opening(self.roots).is_some()
     }
 
     /// Lets all go on that wait for this block.

@@ -1,9 +1,9 @@
 use super::{Missing, Work};
 use crate::block::{BlockLimits, BlockSource, BlockView};
-use crate::geometry::{Aabb, Pyramid};
-use crate::material::{OpticalDepth, crossing};
+use crate::geometry::{Aabb, Hit, Pyramid};
+use crate::material::OpticalDepth;
 use crate::path::PathKey;
-use crate::render::{Places, Tiling, is_clear, splits};
+use crate::render::{Places, Tiling, Trust, is_clear, splits};
 use crate::scene::Needs;
 use crate::shade::{Counts, Direct, PackedHit, Path, PathRay, Point, Shader, Shadow, Sum};
 use crate::trace::{Clip, ClipEntry, Cursor, TraceError, Tracer, Trail};
@@ -117,12 +117,8 @@ pub struct Picture<'a, T> {
     tiling: Tiling,
     limits: BlockLimits,
     cursor: Cursor,
-    /// How many bundles in a row may be found hidden before most are traced unasked.
-    trust: u8,
-    asked: u8,
+    trust: Trust,
 }
-
-const TRUST_MAX: u8 = 8;
 
 impl<'a, T: Tracer> Picture<'a, T> {
     /// The picture that `camera` takes, in the tiles of `tiling`. The order of the tiles follows from the shader's seed.
@@ -135,7 +131,7 @@ impl<'a, T: Tracer> Picture<'a, T> {
         limits: BlockLimits,
     ) -> Self {
         let cursor = Cursor::new();
-        Self { tracer, shader, camera, tiling, limits, cursor, trust: TRUST_MAX, asked: 0 }
+        Self { tracer, shader, camera, tiling, limits, cursor, trust: Trust::new() }
     }
 
     fn is_transparent(&self) -> bool {
@@ -225,15 +221,8 @@ impl<T: Tracer> World for Picture<'_, T> {
         let ended = if self.is_transparent() {
             let materials = self.shader.tables().materials;
             let mut sum = OpticalDepth::of_steps(*depth);
-            let visit = |hit: &crate::geometry::Hit| {
-                let here = match materials.get(usize::from(hit.material)) {
-                    Some(material) => crossing(material, ray, hit),
-                    None => OpticalDepth::OPAQUE,
-                };
-                sum = sum.and(here);
-                sum.is_opaque()
-            };
-            let ended = self.tracer.continue_every(&mut self.cursor, source, ray, trail, visit);
+            let cross = |hit: &Hit| sum.cross(materials, ray, hit);
+            let ended = self.tracer.continue_every(&mut self.cursor, source, ray, trail, cross);
             *depth = sum.steps();
             ended
         } else {
@@ -261,19 +250,14 @@ impl<T: Tracer> World for Picture<'_, T> {
         rays: impl ExactSizeIterator<Item = &'r Shadow> + Clone,
         work: &mut Work,
     ) -> bool {
-        if !cfg!(feature = "clips") {
-            return false;
-        }
-        // A search that leads nowhere costs; where many did, only some bundles are asked. It decides about time only.
-        self.asked = self.asked.wrapping_add(1);
-        if self.trust == 0 && !self.asked.is_multiple_of(16) {
+        if !self.trust.asks() {
             return false;
         }
         let light = rays.clone().next().map_or(u32::MAX, |ray| ray.source);
         let Some(light) = self.shader.tables().lights.get(light as usize) else { return false };
         work.clips = work.clips.saturating_add(1);
         let clear = is_clear(rays, light, source);
-        self.trust = if clear { TRUST_MAX } else { self.trust.saturating_sub(1) };
+        self.trust.note(clear);
         clear
     }
 

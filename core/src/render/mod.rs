@@ -34,6 +34,7 @@ mod sight;
 mod sort;
 mod stack;
 mod tile;
+mod trust;
 
 pub(crate) use clear::is_clear;
 pub use plan::{Plan, PlanSettings, SceneSize};
@@ -43,3 +44,4 @@ pub use sight::Sight;
 pub(crate) use sort::sort_by_key;
 pub(crate) use tile::Places;
 pub use tile::{Tile, Tiling};
+pub(crate) use trust::Trust;

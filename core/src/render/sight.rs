@@ -1,9 +1,10 @@
 use super::clear::is_clear;
 #[cfg(feature = "bundles")]
 use super::neighbours::Neighbours;
+use super::trust::Trust;
 use crate::block::BlockSource;
 use crate::geometry::Hit;
-use crate::material::{OpticalDepth, crossing};
+use crate::material::OpticalDepth;
 use crate::scene::{Light, Material};
 use crate::shade::{PathRay, Shadow};
 use crate::trace::{Cursor, TraceError, Tracer};
@@ -16,12 +17,8 @@ pub struct Sight<T, S> {
     cursor: Cursor,
     #[cfg(feature = "bundles")]
     neighbours: Neighbours,
-    /// How many bundles in a row may be found hidden before most are traced unasked.
-    trust: u8,
-    asked: u8,
+    trust: Trust,
 }
-
-const TRUST_MAX: u8 = 8;
 
 impl<T: Tracer, S: BlockSource> Sight<T, S> {
     /// Rays traced by `tracer` through the blocks of `source`.
@@ -33,8 +30,7 @@ impl<T: Tracer, S: BlockSource> Sight<T, S> {
             cursor: Cursor::new(),
             #[cfg(feature = "bundles")]
             neighbours: Neighbours::new(),
-            trust: TRUST_MAX,
-            asked: 0,
+            trust: Trust::new(),
         }
     }
 
@@ -46,16 +42,11 @@ impl<T: Tracer, S: BlockSource> Sight<T, S> {
 
     /// Whether nothing can be in the way of a bundle of shadow rays to a light.
     pub(super) fn is_clear(&mut self, rays: &[Shadow], light: &Light) -> bool {
-        if !cfg!(feature = "clips") {
-            return false;
-        }
-        // A search that leads nowhere costs; where many did, only some bundles are asked. It decides about time only.
-        self.asked = self.asked.wrapping_add(1);
-        if self.trust == 0 && !self.asked.is_multiple_of(16) {
+        if !self.trust.asks() {
             return false;
         }
         let clear = is_clear(rays.iter(), light, &mut self.source);
-        self.trust = if clear { TRUST_MAX } else { self.trust.saturating_sub(1) };
+        self.trust.note(clear);
         clear
     }
 
@@ -86,14 +77,8 @@ impl<T: Tracer, S: BlockSource> Sight<T, S> {
             return Ok(if hidden { OpticalDepth::OPAQUE } else { OpticalDepth::CLEAR });
         };
         let mut depth = OpticalDepth::CLEAR;
-        self.tracer.every(&mut self.cursor, &mut self.source, &ray, |hit| {
-            let here = match materials.get(usize::from(hit.material)) {
-                Some(material) => crossing(material, &ray, hit),
-                None => OpticalDepth::OPAQUE,
-            };
-            depth = depth.and(here);
-            depth.is_opaque()
-        })?;
+        let cross = |hit: &Hit| depth.cross(materials, &ray, hit);
+        self.tracer.every(&mut self.cursor, &mut self.source, &ray, cross)?;
         Ok(depth)
     }
 

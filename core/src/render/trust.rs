@@ -1,0 +1,34 @@
+/// Whether to look if a bundle of shadow rays can be skipped.
+///
+/// A search that leads nowhere costs; where many did, only some bundles are looked into. It decides about time only.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Trust {
+    /// How many searches in a row may still fail.
+    left: u8,
+    asked: u8,
+}
+
+/// Failed searches after which most bundles are traced unasked.
+const MOST: u8 = 8;
+/// Then one in so many is looked into.
+const RARE: u8 = 16;
+
+impl Trust {
+    pub(crate) const fn new() -> Self {
+        Self { left: MOST, asked: 0 }
+    }
+
+    /// Whether the next bundle is worth a search: none where that is left out.
+    pub(crate) fn asks(&mut self) -> bool {
+        if !cfg!(feature = "clips") {
+            return false;
+        }
+        self.asked = self.asked.wrapping_add(1);
+        self.left > 0 || self.asked.is_multiple_of(RARE)
+    }
+
+    /// What the search has found.
+    pub(crate) fn note(&mut self, clear: bool) {
+        self.left = if clear { MOST } else { self.left.saturating_sub(1) };
+    }
+}
