@@ -55,9 +55,9 @@ pub struct Node<'a, W> {
     pub(super) piece: usize,
     /// Nodes that have let a request wait in vain.
     pub(super) suspects: [u16; SUSPECTS],
-    /// How long fetches and rays have taken, smoothed \[ns\].
-    pub(super) fetch_time: u64,
-    pub(super) ray_time: u64,
+    /// How long fetches and rays have taken, smoothed.
+    pub(super) fetch_time: Time,
+    pub(super) ray_time: Time,
     /// No time limit passes before this moment.
     pub(super) next_deadline: Time,
     /// A block that no copy could be had of, to be reported.
@@ -132,8 +132,8 @@ impl<'a, W: World> Node<'a, W> {
             served: 0,
             piece: plan.piece(),
             suspects: [u16::MAX; SUSPECTS],
-            fetch_time: 0,
-            ray_time: 0,
+            fetch_time: Time(0),
+            ray_time: Time(0),
             next_deadline: Time::NEVER,
             lost: None,
             counts: Counts::default(),
@@ -287,6 +287,11 @@ impl<'a, W: World> Node<'a, W> {
         // There are as many places as slots, and a slot is in the queue once.
         let full = self.ready.enqueue(slot).is_err();
         debug_assert!(!full, "a slot is queued once");
+    }
+
+    /// Counts what nobody waited for: it is dropped.
+    pub(super) fn note_unasked(&mut self) {
+        self.counts.unasked = self.counts.unasked.saturating_add(1);
     }
 
     pub(super) fn note_deadline(&mut self, at: Time) {

@@ -1,3 +1,4 @@
+use crate::protocol::Message;
 use crate::shade;
 use crate::store::CacheCounts;
 
@@ -53,17 +54,17 @@ pub struct Counts {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Kinds {
-    /// [`Message::Fetch`](crate::protocol::Message::Fetch).
+    /// [`Message::Fetch`].
     pub fetch: Kind,
-    /// [`Message::Part`](crate::protocol::Message::Part).
+    /// [`Message::Part`].
     pub part: Kind,
     /// Asks, grants, pixels, acceptances: all about tiles.
     pub tile: Kind,
-    /// [`Message::Ray`](crate::protocol::Message::Ray).
+    /// [`Message::Ray`].
     pub ray: Kind,
-    /// [`Message::Answer`](crate::protocol::Message::Answer).
+    /// [`Message::Answer`].
     pub answer: Kind,
-    /// [`Message::Refusal`](crate::protocol::Message::Refusal) and [`Message::AtWork`](crate::protocol::Message::AtWork).
+    /// [`Message::Refusal`] and [`Message::AtWork`].
     pub refusal: Kind,
 }
 
@@ -75,4 +76,23 @@ pub struct Kind {
     pub count: u64,
     /// Their bytes, without packet headers.
     pub bytes: u64,
+}
+
+impl Kinds {
+    /// Counts a message of so many bytes.
+    pub(super) fn note(&mut self, message: &Message<'_>, bytes: usize) {
+        let kind = match message {
+            Message::Fetch { .. } | Message::Lost { .. } => &mut self.fetch,
+            Message::Part { .. } => &mut self.part,
+            Message::Ask { .. }
+            | Message::Grant { .. }
+            | Message::Pixels { .. }
+            | Message::Accepted { .. } => &mut self.tile,
+            Message::Ray(_) => &mut self.ray,
+            Message::Answer { .. } => &mut self.answer,
+            Message::Refusal { .. } | Message::AtWork { .. } => &mut self.refusal,
+        };
+        kind.count = kind.count.saturating_add(1);
+        kind.bytes = kind.bytes.saturating_add(bytes as u64);
+    }
 }

@@ -6,6 +6,7 @@ use super::{Node, Time, World};
 use crate::network::NodeId;
 use crate::protocol::Message;
 use crate::store::{Claim, Place};
+use bytemuck::Zeroable;
 
 /// Requests without an answer, for each copy, after which a block counts as lost.
 const FETCH_TRIES: u8 = 16;
@@ -36,33 +37,28 @@ impl<W: World> Node<'_, W> {
             self.counts.stalls = self.counts.stalls.saturating_add(1);
             return;
         };
-        if let Some(fetch) = self.fetches.get_mut(at) {
-            *fetch = FetchSlot {
-                block,
-                begun: super::rays::ticks(now),
-                state: TO_BE_SENT,
-                ..bytemuck::Zeroable::zeroed()
-            };
-        }
+        self.begin_fetch(at, block, now);
     }
 
     /// Asks for a block that may be of use: only while another request and another frame are left to what a ray needs (rule 11).
     pub(super) fn prefetch(&mut self, block: u32, now: Time) {
-        let mut free =
-            self.fetches.iter().enumerate().filter(|(_, fetch)| fetch.is_free()).map(|(at, _)| at);
-        let (Some(at), Some(_)) = (free.next(), free.next()) else { return };
+        let free = |fetch: &FetchSlot| fetch.is_free();
+        if self.fetches.iter().filter(|fetch| free(fetch)).count() < 2 {
+            return;
+        }
+        let Some(at) = self.fetches.iter().position(free) else { return };
         if self.blocks.rom.holds(block)
             || self.blocks.cache.reserve(block, Claim::Prefetch) != Ok(true)
         {
             return;
         }
+        self.begin_fetch(at, block, now);
+    }
+
+    fn begin_fetch(&mut self, at: usize, block: u32, now: Time) {
         if let Some(fetch) = self.fetches.get_mut(at) {
-            *fetch = FetchSlot {
-                block,
-                begun: super::rays::ticks(now),
-                state: TO_BE_SENT,
-                ..bytemuck::Zeroable::zeroed()
-            };
+            let begun = now.ticks();
+            *fetch = FetchSlot { block, begun, state: TO_BE_SENT, ..FetchSlot::zeroed() };
         }
     }
 
@@ -82,11 +78,10 @@ impl<W: World> Node<'_, W> {
             if !self.push(to, &Message::Fetch { block, offset }, now) {
                 break;
             }
-            let limit = self.settings.patience.0.max(self.fetch_time.saturating_mul(8));
-            let limit = limit.saturating_mul(1 << fetch.tries.min(5));
+            let limit = self.settings.limit(self.fetch_time).doubled(fetch.tries.min(5));
             fetch.asked = to.0;
             fetch.state = SENT;
-            fetch.deadline = now.after(Time(limit)).0;
+            fetch.deadline = now.after(limit).0;
             if let Some(place) = self.fetches.get_mut(at) {
                 *place = fetch;
             }
@@ -127,20 +122,19 @@ impl<W: World> Node<'_, W> {
     /// A piece of a block has gone to its frame, or was dropped.
     pub(super) fn on_piece(&mut self, placed: Option<Piece>, now: Time) {
         let Some(Piece { at, bytes, complete }) = placed else {
-            self.counts.unasked = self.counts.unasked.saturating_add(1);
+            self.note_unasked();
             return;
         };
         self.work.copied = self.work.copied.saturating_add(bytes as u64);
-        let patience = self.settings.patience.0.max(self.fetch_time.saturating_mul(8));
+        let limit = self.settings.limit(self.fetch_time);
         let Some(fetch) = self.fetches.get_mut(at) else { return };
         fetch.tries = 0;
-        fetch.deadline = now.after(Time(patience)).0;
+        fetch.deadline = now.after(limit).0;
         if !complete {
             return;
         }
         let block = fetch.block;
-        let took =
-            u64::from(super::rays::ticks(now).wrapping_sub(fetch.begun)) << super::rays::TICK;
+        let took = now.since(fetch.begun);
         fetch.state = FREE;
         let again = fetch.again != 0;
         // What was asked for twice tells nothing about how long it takes (Karn & Partridge 1987).
@@ -275,6 +269,6 @@ const TO_BE_SENT: u8 = 1;
 const SENT: u8 = 2;
 
 /// A running mean over about eight values.
-pub(super) const fn smoothed(mean: u64, value: u64) -> u64 {
-    if mean == 0 { value } else { (mean.saturating_mul(7).saturating_add(value)) / 8 }
+pub(super) const fn smoothed(mean: Time, value: Time) -> Time {
+    if mean.0 == 0 { value } else { Time((mean.0.saturating_mul(7).saturating_add(value.0)) / 8) }
 }

@@ -1,4 +1,3 @@
-use super::outbox::kind_of;
 use super::rules::Rule;
 use super::slots::Serve;
 use super::{Node, Time, World};
@@ -67,9 +66,7 @@ impl<W: World> Node<'_, W> {
             return None;
         };
         self.work.messages = self.work.messages.saturating_add(1);
-        let kind = kind_of(&message, &mut self.counts.received);
-        kind.count = kind.count.saturating_add(1);
-        kind.bytes = kind.bytes.saturating_add(used as u64);
+        self.counts.received.note(&message, used);
         let stops = !self.keeps(Rule::Timer);
         match message {
             Message::Part { block, offset, bytes } => {
@@ -79,33 +76,31 @@ impl<W: World> Node<'_, W> {
             }
             Message::Answer { to, sum } => match self.away(&to).copied() {
                 Some(slot) => {
-                    let took = super::rays::ticks(now).wrapping_sub(slot.sent);
-                    let took = u64::from(took) << super::rays::TICK;
                     if slot.tries == 0 && slot.refusals == 0 {
-                        self.ray_time = super::fetch::smoothed(self.ray_time, took);
+                        self.ray_time = super::fetch::smoothed(self.ray_time, now.since(slot.sent));
                     }
                     self.add(slot.root, slot.ray.pixel(), sum);
                     self.free_slot(to.slot());
                 }
-                None => self.counts.unasked = self.counts.unasked.saturating_add(1),
+                None => self.note_unasked(),
             },
             Message::Refusal { to } => self.on_refusal(&to, now),
             Message::AtWork { to } => match self.away(&to) {
                 // Its time limit begins anew, and is longer: it is never taken away (rule 15).
                 Some(slot) => {
-                    slot.sent = super::rays::ticks(now);
+                    slot.sent = now.ticks();
                     slot.limit = slot.limit.saturating_mul(2).min(u32::MAX / 4);
                     if stops {
                         slot.limit = u32::MAX;
                     }
                 }
-                None => self.counts.unasked = self.counts.unasked.saturating_add(1),
+                None => self.note_unasked(),
             },
             Message::Grant { number, first, count, wait } => {
                 self.on_grant(number, first, count, wait, now);
             }
             Message::Accepted { tile } => self.on_accepted(tile),
-            _ => self.counts.unasked = self.counts.unasked.saturating_add(1),
+            _ => self.note_unasked(),
         }
         self.clear(from);
         Some(used)
@@ -149,9 +144,7 @@ impl<W: World> Node<'_, W> {
             return;
         };
         self.work.messages = self.work.messages.saturating_add(1);
-        let kind = kind_of(&message, &mut self.counts.received);
-        kind.count = kind.count.saturating_add(1);
-        kind.bytes = kind.bytes.saturating_add(used as u64);
+        self.counts.received.note(&message, used);
         let from = self.inbox_from;
         match message {
             Message::Fetch { block, offset } => {
@@ -159,12 +152,12 @@ impl<W: World> Node<'_, W> {
                 let serve = Serve { block, offset, to: from.0, _zero: 0 };
                 // There is room: `requests` looked for it.
                 if !known || self.serves.enqueue(serve).is_err() {
-                    self.counts.unasked = self.counts.unasked.saturating_add(1);
+                    self.note_unasked();
                 }
             }
             Message::Ray(ray) => self.on_ray(&ray, now),
             Message::Ask { number, .. } => self.on_ask(from, number, now),
-            _ => self.counts.unasked = self.counts.unasked.saturating_add(1),
+            _ => self.note_unasked(),
         }
         self.clear(from);
     }

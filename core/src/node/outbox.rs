@@ -1,4 +1,4 @@
-use super::{Counts, Kind, Time, Work};
+use super::{Counts, Time, Work};
 use crate::network::{Channel, NodeId, Router};
 use crate::protocol::{Message, write};
 use bytemuck::{Pod, Zeroable};
@@ -83,9 +83,7 @@ impl<'a> Outbox<'a> {
             found = self.append(at, open, message);
         }
         let Some(bytes) = found else { return false };
-        let kind = kind_of(message, &mut counts.sent);
-        kind.count = kind.count.saturating_add(1);
-        kind.bytes = kind.bytes.saturating_add(bytes as u64);
+        counts.sent.note(message, bytes);
         work.messages = work.messages.saturating_add(1);
         work.copied = work.copied.saturating_add(bytes as u64);
         true
@@ -167,18 +165,3 @@ impl<'a> Outbox<'a> {
 
 /// Priorities below this one do not wait for company.
 const PATIENT: u8 = 4;
-
-/// Where a message is counted.
-pub(super) fn kind_of<'k>(message: &Message<'_>, kinds: &'k mut super::Kinds) -> &'k mut Kind {
-    match message {
-        Message::Fetch { .. } | Message::Lost { .. } => &mut kinds.fetch,
-        Message::Part { .. } => &mut kinds.part,
-        Message::Ask { .. }
-        | Message::Grant { .. }
-        | Message::Pixels { .. }
-        | Message::Accepted { .. } => &mut kinds.tile,
-        Message::Ray(_) => &mut kinds.ray,
-        Message::Answer { .. } => &mut kinds.answer,
-        Message::Refusal { .. } | Message::AtWork { .. } => &mut kinds.refusal,
-    }
-}

@@ -55,9 +55,10 @@ impl<W: World> Node<'_, W> {
         self.close(root);
     }
 
-    fn set_stage(&mut self, number: u16, stage: Stage) {
-        if let Some(slot) = self.rays.get_mut(usize::from(number)) {
-            slot.set_stage(stage);
+    /// Writes a slot back.
+    fn put(&mut self, number: u16, slot: RaySlot) {
+        if let Some(place) = self.rays.get_mut(usize::from(number)) {
+            *place = slot;
         }
     }
 
@@ -102,9 +103,7 @@ impl<W: World> Node<'_, W> {
             Traced::Done => {
                 slot.at = [0; 8];
                 slot.set_stage(Stage::Shade);
-                if let Some(place) = self.rays.get_mut(usize::from(number)) {
-                    *place = slot;
-                }
+                self.put(number, slot);
                 if !self.shade(number, slot) {
                     self.enqueue(number);
                 }
@@ -116,9 +115,7 @@ impl<W: World> Node<'_, W> {
                 let goes =
                     migrates && slot.home == 0 && self.owner_for(block, slot.tries).is_some();
                 slot.set_stage(if goes { Stage::Send } else { Stage::Blocked });
-                if let Some(place) = self.rays.get_mut(usize::from(number)) {
-                    *place = slot;
-                }
+                self.put(number, slot);
                 if !goes {
                     self.want(block, now);
                 } else if !self.send(number, slot, now) {
@@ -163,9 +160,7 @@ impl<W: World> Node<'_, W> {
         self.work.light_samples = self.work.light_samples.saturating_add(u64::from(made));
         if !all {
             slot.at = self.world.save(&lights);
-            if let Some(place) = self.rays.get_mut(usize::from(number)) {
-                *place = slot;
-            }
+            self.put(number, slot);
             self.enqueue(number);
             return true;
         }
@@ -177,7 +172,7 @@ impl<W: World> Node<'_, W> {
     }
 
     /// The first child takes over the slot; the second gets another one, when there is one.
-    fn follow(&mut self, number: u16, slot: RaySlot, children: [Option<PathRay>; 2]) -> bool {
+    fn follow(&mut self, number: u16, mut slot: RaySlot, children: [Option<PathRay>; 2]) -> bool {
         let (first, second) = match children {
             [Some(a), b] => (a, b),
             [None, Some(b)] => (b, None),
@@ -188,16 +183,15 @@ impl<W: World> Node<'_, W> {
         };
         if let Some(second) = second {
             if !self.may_take_slot(&second) {
-                self.set_stage(number, Stage::Split);
+                slot.set_stage(Stage::Split);
+                self.put(number, slot);
                 return false;
             }
             if let Some(other) = self.take_slot(RaySlot::new(second, slot.root)) {
                 self.enqueue(other);
             }
         }
-        if let Some(place) = self.rays.get_mut(usize::from(number)) {
-            *place = RaySlot::new(first, slot.root);
-        }
+        self.put(number, RaySlot::new(first, slot.root));
         self.enqueue(number);
         true
     }
@@ -222,9 +216,7 @@ impl<W: World> Node<'_, W> {
         let Some(to) = self.owner_for(trail.block(), slot.tries) else {
             slot.home = 1;
             slot.set_stage(Stage::Trace);
-            if let Some(place) = self.rays.get_mut(usize::from(number)) {
-                *place = slot;
-            }
+            self.put(number, slot);
             return false;
         };
         let visit = self.roots.get(usize::from(slot.root)).copied();
@@ -248,16 +240,13 @@ impl<W: World> Node<'_, W> {
             self.free_root(usize::from(slot.root));
             return true;
         }
-        let limit = self.settings.patience.0.max(self.ray_time.saturating_mul(8));
-        let limit = limit.saturating_mul(1 << slot.tries.min(8));
+        let limit = self.settings.limit(self.ray_time).doubled(slot.tries.min(8));
         slot.set_stage(Stage::Away);
         slot.sent_to = to.0;
-        slot.sent = ticks(now);
-        slot.limit = ticks(Time(limit)).max(1);
-        if let Some(place) = self.rays.get_mut(usize::from(number)) {
-            *place = slot;
-        }
-        self.note_deadline(now.after(Time(limit)));
+        slot.sent = now.ticks();
+        slot.limit = limit.ticks().max(1);
+        self.put(number, slot);
+        self.note_deadline(now.after(limit));
         true
     }
 
@@ -268,10 +257,9 @@ impl<W: World> Node<'_, W> {
             if slot.stage() != Stage::Away {
                 continue;
             }
-            let age = ticks(now).wrapping_sub(slot.sent);
+            let age = now.ticks_since(slot.sent);
             if age < slot.limit {
-                let left = u64::from(slot.limit.saturating_sub(age)) << TICK;
-                self.note_deadline(now.after(Time(left)));
+                self.note_deadline(now.after(Time::of_ticks(slot.limit.saturating_sub(age))));
                 continue;
             }
             if slot.sent_to == REFUSED {
@@ -287,9 +275,7 @@ impl<W: World> Node<'_, W> {
                     slot.set_stage(Stage::Trace);
                 }
             }
-            if let Some(place) = self.rays.get_mut(number) {
-                *place = slot;
-            }
+            self.put(number as u16, slot);
             self.enqueue(number as u16);
         }
     }
@@ -305,10 +291,10 @@ impl<W: World> Node<'_, W> {
 
     /// A ray was refused: it is sent again a little later, or run here after so many refusals (rule 8).
     pub(super) fn on_refusal(&mut self, to: &ReturnAddress, now: Time) {
-        let (most, pause) = (self.settings.refusals, self.settings.patience.0 / 16);
+        let (most, pause) = (self.settings.refusals, Time(self.settings.patience.0 / 16));
         let limited = self.keeps(Rule::RefusalLimit);
         let Some(slot) = self.away(to) else {
-            self.counts.unasked = self.counts.unasked.saturating_add(1);
+            self.note_unasked();
             return;
         };
         slot.refusals = slot.refusals.saturating_add(1);
@@ -318,15 +304,15 @@ impl<W: World> Node<'_, W> {
             slot.set_stage(Stage::Trace);
         } else {
             slot.sent_to = REFUSED;
-            slot.sent = ticks(now);
-            slot.limit = ticks(Time(pause)).max(1);
+            slot.sent = now.ticks();
+            slot.limit = pause.ticks().max(1);
         }
         self.counts.refused = self.counts.refused.saturating_add(1);
         if home {
             self.counts.run_at_home = self.counts.run_at_home.saturating_add(1);
             self.enqueue(to.slot());
         } else {
-            self.note_deadline(now.after(Time(pause.max(1 << TICK))));
+            self.note_deadline(now.after(pause.max(Time::of_ticks(1))));
         }
     }
 
@@ -469,11 +455,3 @@ impl<W: World> Node<'_, W> {
 
 /// In [`RaySlot::sent_to`]: it was refused, and is sent again when its time is up.
 pub(super) const REFUSED: u16 = u16::MAX;
-
-/// A tick is 2 to this power \[ns\].
-pub(super) const TICK: u32 = 10;
-
-/// Time in ticks; wraps.
-pub(super) const fn ticks(time: Time) -> u32 {
-    (time.0 >> TICK) as u32
-}

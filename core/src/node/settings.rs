@@ -21,6 +21,13 @@ pub struct Settings {
     pub group: u16,
 }
 
+impl Settings {
+    /// The time limit of what has taken so long of late.
+    pub(super) fn limit(&self, took: Time) -> Time {
+        self.patience.max(took.doubled(3))
+    }
+}
+
 /// Which rays are demand driven (their blocks come to them), and which data parallel (they go to their blocks).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Schedule {

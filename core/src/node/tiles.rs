@@ -140,8 +140,8 @@ impl<W: World> Node<'_, W> {
         let to = if self.tiles.tries > 1 { HOST } else { self.master() };
         let ask = Message::Ask { number: self.tiles.number, count: wanted };
         if self.push(to, &ask, now) {
-            let wait = self.settings.patience.0.saturating_mul(1 << self.tiles.tries.min(6));
-            self.tiles.asked = Some(now.after(Time(wait)));
+            let wait = self.settings.patience.doubled(self.tiles.tries.min(6));
+            self.tiles.asked = Some(now.after(wait));
         }
     }
 
@@ -183,7 +183,7 @@ impl<W: World> Node<'_, W> {
 
     pub(super) fn on_grant(&mut self, number: u32, first: u32, count: u32, wait: u32, now: Time) {
         if self.tiles.asked.is_none() || number != self.tiles.number {
-            self.counts.unasked = self.counts.unasked.saturating_add(1);
+            self.note_unasked();
             return;
         }
         self.tiles.asked = None;
@@ -220,7 +220,7 @@ impl<W: World> Node<'_, W> {
                 self.counts.tiles = self.counts.tiles.saturating_add(1);
                 self.free_root(at);
             }
-            None => self.counts.unasked = self.counts.unasked.saturating_add(1),
+            None => self.note_unasked(),
         }
     }
 
@@ -246,15 +246,16 @@ impl<W: World> Node<'_, W> {
                 }
                 sent = sent.saturating_add(count);
             }
-            let wait = self.settings.patience.0.saturating_mul(4 << root.tries.min(6));
+            let wait = self.settings.patience.doubled(2_u8.saturating_add(root.tries.min(6)));
             let Some(root) = self.roots.get_mut(at) else { break };
             root.sent = sent as u32;
             if sent < pixels {
                 break;
             }
             root.set_state(RootState::Sent);
-            root.deadline = now.after(Time(wait)).0;
-            self.note_deadline(now.after(Time(wait)));
+            let deadline = now.after(wait);
+            root.deadline = deadline.0;
+            self.note_deadline(deadline);
         }
     }
 

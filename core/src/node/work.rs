@@ -16,7 +16,36 @@ impl Time {
     pub const fn after(self, by: Self) -> Self {
         Self(self.0.saturating_add(by.0))
     }
+
+    /// So often doubled.
+    #[must_use]
+    pub(super) const fn doubled(self, times: u8) -> Self {
+        Self(self.0.saturating_mul(1 << (times & 31)))
+    }
+
+    /// In ticks of 2¹⁰ ns, as slots keep it; wraps.
+    pub(super) const fn ticks(self) -> u32 {
+        (self.0 >> TICK) as u32
+    }
+
+    /// So many ticks.
+    pub(super) const fn of_ticks(ticks: u32) -> Self {
+        Self((ticks as u64) << TICK)
+    }
+
+    /// Ticks since a moment in ticks.
+    pub(super) const fn ticks_since(self, ticks: u32) -> u32 {
+        self.ticks().wrapping_sub(ticks)
+    }
+
+    /// The time since a moment in ticks.
+    pub(super) const fn since(self, ticks: u32) -> Self {
+        Self::of_ticks(self.ticks_since(ticks))
+    }
 }
+
+/// A tick is 2 to this power \[ns\].
+const TICK: u32 = 10;
 
 /// Operations that a node has carried out: what a machine profile turns into time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

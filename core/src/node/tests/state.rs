@@ -1,6 +1,6 @@
 //! The state of a node as a checker sees it: without what only counts, and with times that have passed or have not.
 
-use super::super::rays::{REFUSED, ticks};
+use super::super::rays::REFUSED;
 use super::super::slots::{RootState, Stage};
 use super::super::{Counts, Node, Time, World};
 use crate::tests::snapshot::Snapshot;
@@ -33,7 +33,7 @@ impl<W: World> Node<'_, W> {
         let most = self.settings.refusals.saturating_add(1);
         for slot in self.rays.iter_mut() {
             if slot.stage() == Stage::Away {
-                slot.sent = ticks(NOW);
+                slot.sent = NOW.ticks();
                 slot.limit = if slot.limit == u32::MAX { u32::MAX } else { 1 };
                 slot.refusals = slot.refusals.min(most);
             } else {
@@ -76,7 +76,7 @@ impl<W: World> Node<'_, W> {
                 {
                     bytes.fill(0);
                 }
-                (fetch.begun, fetch.again) = (ticks(NOW), 0);
+                (fetch.begun, fetch.again) = (NOW.ticks(), 0);
                 fetch.deadline = if fetch.state == 2 { LATER.0 } else { 0 };
             }
             s.pod(fetch);
@@ -106,7 +106,7 @@ impl<W: World> Node<'_, W> {
         self.lost = lost.checked_sub(1);
         self.blocks.cache.snapshot(s);
         self.router.snapshot(s);
-        (self.fetch_time, self.ray_time, self.next_deadline) = (0, 0, LATER);
+        (self.fetch_time, self.ray_time, self.next_deadline) = (Time(0), Time(0), LATER);
         self.counts = Counts::default();
         self.work = super::super::Work::default();
     }
