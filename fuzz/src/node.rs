@@ -94,11 +94,14 @@ impl<'a> Bench<'a> {
         let view = file.views().first().expect("it has a view");
         let camera = Camera::new(view, 8, 8).expect("it shows something");
         let shading = shade::Settings { samples: 1, ..shade::Settings::default() };
-        let tables =
-            Tables { materials: file.materials(), lights: file.lights(), needs: *file.needs() };
         let tiling = Tiling::new(8, 8, 4);
-        let world =
-            Picture::new(Scalar, Shader::new(tables, shading), camera, tiling, file.limits());
+        let world = Picture::new(
+            Scalar,
+            Shader::new(Tables::of(&file), shading),
+            camera,
+            tiling,
+            file.limits(),
+        );
         let block_bytes = file.limits().block_bytes;
         let rom = Rom::of_file(file.block_section(), block_bytes, settings.placement, HERE);
         let budget = plan.budget(MEMORY).expect("it fits");

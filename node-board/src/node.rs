@@ -7,8 +7,6 @@ use kiloray_core::node::{
     Settings, TaskOrder, Time,
 };
 use kiloray_core::render::Tiling;
-use kiloray_core::scene::Needs;
-use kiloray_core::shade::SPLITS;
 use kiloray_core::store::{Arena, Chunk};
 use kiloray_core::trace::Scalar;
 
@@ -59,14 +57,13 @@ pub(crate) fn render(
 
 /// The arena, with all blocks in flash.
 fn plan(file: &KiloView<'_>, mesh: Mesh, bytes: usize) -> Result<NodePlan, PictureError> {
-    let specular = file.needs().bits & Needs::SPECULAR != 0;
     let needs = NodeNeeds {
         mesh,
         here: HERE,
         block_bytes: file.limits().block_bytes,
         remote: 0,
         owned: 0,
-        splits: if specular { usize::from(SPLITS) } else { 0 },
+        splits: shader(file).splits(0),
         schedule: SCHEDULE,
         side: SIDE as usize,
         // Tiles are all that is said: the least does.

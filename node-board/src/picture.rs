@@ -47,9 +47,7 @@ pub(crate) fn camera(file: &KiloView<'_>) -> Result<Camera, PictureError> {
 /// The file's light and materials, with 4 camera paths a pixel.
 pub(crate) fn shader<'a>(file: &KiloView<'a>) -> Shader<'a> {
     let settings = Settings { samples: 4, ..Settings::default() };
-    let tables =
-        Tables { materials: file.materials(), lights: file.lights(), needs: *file.needs() };
-    Shader::new(tables, settings)
+    Shader::new(Tables::of(file), settings)
 }
 
 /// The hash of a picture, as `kiloray render --json` gives it: BLAKE3 of the pixels as 32-bit

@@ -1,8 +1,7 @@
 use kiloray_core::block::KiloView;
 use kiloray_core::network::{HOST, Mesh, NodeId, PacketHeader, RouterSize};
 use kiloray_core::node::{NodeNeeds, NodePlan, Placement, Rom, Settings, Time};
-use kiloray_core::scene::Needs;
-use kiloray_core::shade::SPLITS;
+use kiloray_core::shade::{Shader, Tables};
 use kiloray_core::store::Budget;
 
 use crate::{Error, Link, Options, Profile};
@@ -40,11 +39,7 @@ impl Layout {
             replicas: options.replicas,
         };
         let block_bytes = file.limits().block_bytes;
-        let splits = if file.needs().bits & Needs::SPECULAR == 0 {
-            0
-        } else {
-            usize::from(options.settings.bounces).min(SPLITS as usize)
-        };
+        let splits = Shader::new(Tables::of(file), options.settings).splits(0);
         let side = options.tile.map_or_else(|| side(options, nodes), u32::from).max(1);
         let mut plans = Vec::with_capacity(usize::from(nodes));
         let mut budgets = Vec::with_capacity(usize::from(nodes));

@@ -41,9 +41,7 @@ pub fn simulate(
     let camera = Camera::new(&options.view, width, height).ok_or(Error::View)?;
     let mesh = Mesh::new(options.topology);
     let layout = Layout::new(file, options, &mesh)?;
-    let tables =
-        Tables { materials: file.materials(), lights: file.lights(), needs: *file.needs() };
-    let shader = Shader::new(tables, options.settings);
+    let shader = Shader::new(Tables::of(file), options.settings);
     let tiling = Tiling::new(width, height, layout.side());
     let world = || Picture::new(Auto::detect(), shader, camera, tiling, file.limits());
 

@@ -96,10 +96,8 @@ fn with<T: Tracer + Send + Sync>(
     }
     let camera = Camera::new(&options.view, width, height);
     let mut picture = Picture::new(width, height).ok_or_else(size)?;
-    let tables =
-        Tables { materials: file.materials(), lights: file.lights(), needs: *file.needs() };
     let job = Job {
-        shader: Shader::new(tables, options.settings),
+        shader: Shader::new(Tables::of(file), options.settings),
         camera: camera.ok_or(Error::View)?,
         width,
         cancel: Some(control.cancel),

@@ -60,9 +60,7 @@ impl Visibility for Plain<'_> {
 
 /// The picture of [`Shader::trace`], path by path.
 fn reference(file: &KiloView<'_>, options: &Options) -> (Vec<[u32; 3]>, Counts) {
-    let tables =
-        Tables { materials: file.materials(), lights: file.lights(), needs: *file.needs() };
-    let shader = Shader::new(tables, options.settings);
+    let shader = Shader::new(Tables::of(file), options.settings);
     let camera = Camera::new(&options.view, WIDTH, HEIGHT).unwrap();
     let mut plain = Plain(*file, Cursor::new());
     let mut counts = Counts::default();

@@ -3,7 +3,7 @@ use crate::block::{BlockLimits, BlockSource, BlockView};
 use crate::geometry::{Aabb, Hit, Pyramid};
 use crate::material::OpticalDepth;
 use crate::path::PathKey;
-use crate::render::{Places, Tiling, Trust, is_clear, splits};
+use crate::render::{Places, Tiling, Trust, is_clear};
 use crate::scene::Needs;
 use crate::shade::{Counts, Direct, PackedHit, Path, PathRay, Point, Shader, Shadow, Sum};
 use crate::trace::{Clip, ClipEntry, Cursor, TraceError, Tracer, Trail};
@@ -369,7 +369,7 @@ impl<T: Tracer> World for Picture<'_, T> {
     }
 
     fn splits(&self, depth: u32) -> usize {
-        splits(&self.shader, depth)
+        self.shader.splits(depth)
     }
 
     fn check(&self, block: u32, bytes: &[u8]) -> bool {

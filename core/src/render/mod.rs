@@ -38,7 +38,6 @@ mod trust;
 
 pub(crate) use clear::is_clear;
 pub use plan::{Plan, PlanSettings, SceneSize};
-pub(crate) use renderer::splits;
 pub use renderer::{Job, RenderError, Renderer};
 pub use sight::Sight;
 pub(crate) use sort::sort_by_key;

@@ -283,19 +283,9 @@ fn children_of(depth: u32, job: &Job<'_>) -> usize {
     }
 }
 
-/// How often paths may still split from a ray of this depth on.
-pub(crate) fn splits(shader: &Shader<'_>, depth: u32) -> usize {
-    let settings = shader.settings();
-    if !shader.tables().needs.any(Needs::SPECULAR) {
-        return 0;
-    }
-    u32::from(SPLITS.min(settings.bounces)).saturating_sub(depth) as usize
-}
-
 /// Places of the stack that stay free when rays of this depth have been traced: one for each deeper bounce that may split.
 fn reserve(depth: u32, job: &Job<'_>) -> usize {
-    let splits = SPLITS.min(job.shader.settings().bounces);
-    u32::from(splits).saturating_sub(depth.saturating_add(1)) as usize
+    job.shader.splits(depth.saturating_add(1))
 }
 
 impl<E: fmt::Display> fmt::Display for RenderError<E> {

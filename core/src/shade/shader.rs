@@ -1,5 +1,6 @@
 use super::path::{is_seen, share};
-use super::{Path, Point, Settings, Sum, Unit};
+use super::{Path, Point, SPLITS, Settings, Sum, Unit};
+use crate::block::KiloView;
 use crate::geometry::{Hit, Ray};
 use crate::light::Aim;
 use crate::material::{Bsdf, Surface};
@@ -15,6 +16,14 @@ pub struct Tables<'a> {
     pub lights: &'a [Light],
     /// What the scene needs.
     pub needs: Needs,
+}
+
+impl<'a> Tables<'a> {
+    /// The tables of a file.
+    #[must_use]
+    pub fn of(file: &KiloView<'a>) -> Self {
+        Self { materials: file.materials(), lights: file.lights(), needs: *file.needs() }
+    }
 }
 
 /// Shades what rays have hit. Holds nothing of its own: two of the same tables and settings are the same.
@@ -48,6 +57,15 @@ impl<'a> Shader<'a> {
     #[must_use]
     pub const fn settings(&self) -> Settings {
         self.settings
+    }
+
+    /// How often paths may still split from a ray of this depth on.
+    #[must_use]
+    pub fn splits(&self, depth: u32) -> usize {
+        if !self.tables.needs.any(Needs::SPECULAR) {
+            return 0;
+        }
+        u32::from(SPLITS.min(self.settings.bounces)).saturating_sub(depth) as usize
     }
 
     /// What a ray brings where it ends: the light emitted there, and the point that goes on, if the surface answers light.

@@ -77,9 +77,7 @@ fn by_two_nodes(
     reminder: Time,
 ) -> (kiloray_render::Picture, Time) {
     let mesh = Mesh::new(Topology::parse("line", 2).expect("a shape that exists"));
-    let tables =
-        Tables { materials: file.materials(), lights: file.lights(), needs: *file.needs() };
-    let shader = Shader::new(tables, settings());
+    let shader = Shader::new(Tables::of(file), settings());
     let camera = Camera::new(&file.views()[0], WIDTH, HEIGHT).expect("a view");
     let tiling = Tiling::new(WIDTH, HEIGHT, SIDE);
     let placement = Placement {

@@ -91,12 +91,10 @@ fn run(file: KiloView<'_>, mesh: Mesh, settings: Settings, plan: &NodePlan, budg
     let mut arena = Arena::new(any_room(&mut memory));
     let shading =
         shade::Settings { samples: any(), shadow_samples: any(), bounces: any(), seed: any() };
-    let tables =
-        Tables { materials: file.materials(), lights: file.lights(), needs: *file.needs() };
     let camera = file.views().first().and_then(|view| Camera::new(view, any(), any()));
     let Some(camera) = camera else { return };
     let tiling = Tiling::new(any(), any(), any());
-    let shader = Shader::new(tables, shading);
+    let shader = Shader::new(Tables::of(&file), shading);
     let world = Picture::new(Scalar, shader, camera, tiling, file.limits());
     let rom = if any::<u8>() == 0 { Rom::of_file } else { Rom::of_share };
     let rom = rom(any_bytes(), any(), settings.placement, NodeId(any()));

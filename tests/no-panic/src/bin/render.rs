@@ -28,12 +28,15 @@ fn plan(memory: usize) -> Option<Plan> {
 #[inline(never)]
 fn draw(file: KiloView<'_>, memory: &mut [Chunk], plan: &Plan) {
     let settings = Settings { samples: any(), shadow_samples: any(), bounces: any(), seed: any() };
-    let tables =
-        Tables { materials: file.materials(), lights: file.lights(), needs: *file.needs() };
     let Some(camera) = file.views().first().and_then(|view| Camera::new(view, any(), any())) else {
         return;
     };
-    let job = Job { shader: Shader::new(tables, settings), camera, width: any(), cancel: None };
+    let job = Job {
+        shader: Shader::new(Tables::of(&file), settings),
+        camera,
+        width: any(),
+        cancel: None,
+    };
     let mut arena = Arena::new(memory);
     let (Ok(mut renderer), Ok(cache)) = (
         Renderer::new(&mut arena, plan),
