@@ -44,7 +44,7 @@ impl Layout {
         let mut plans = Vec::with_capacity(usize::from(nodes));
         let mut budgets = Vec::with_capacity(usize::from(nodes));
         for here in (0..nodes).map(NodeId) {
-            let owned = Rom::of_file(&[], block_bytes, placement, here).len();
+            let owned = placement.held(here) as usize;
             let needs = NodeNeeds {
                 mesh: *mesh,
                 here,
@@ -93,7 +93,7 @@ impl Layout {
 
     /// How many blocks a node reads in place.
     pub(crate) fn owned(&self, here: NodeId) -> u32 {
-        Rom::of_file(&[], self.block_bytes, self.settings.placement, here).len() as u32
+        self.settings.placement.held(here)
     }
 
     /// The host's end of the network is as deep as the nodes'.

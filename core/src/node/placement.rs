@@ -54,7 +54,7 @@ impl Placement {
             return None;
         }
         let nodes = u64::from(self.nodes.max(1));
-        let place = u64::from(node.0).wrapping_add(nodes).wrapping_sub(self.shift(copy)) % nodes;
+        let place = self.place(node, copy);
         // Block `i` of `n` goes to floor(i k / n): node `p` begins at ceil(p n / k).
         let begin = |place: u64| place.saturating_mul(u64::from(self.dealt())).div_ceil(nodes);
         let block = |index: u64| (index as u32).saturating_add(self.top);
@@ -67,6 +67,32 @@ impl Placement {
         block < self.top.min(self.blocks)
             || (0..self.replicas.clamp(1, self.nodes.max(1)))
                 .any(|copy| self.owner(block, copy) == Some(node))
+    }
+
+    /// Blocks that a node has without fetching them.
+    #[must_use]
+    pub fn held(&self, node: NodeId) -> u32 {
+        let dealt = (0..self.copies()).map(|copy| self.count(node, copy));
+        dealt.fold(self.top.min(self.blocks), u32::saturating_add)
+    }
+
+    /// Blocks of which a node has this copy.
+    fn count(&self, node: NodeId, copy: u16) -> u32 {
+        match self.range(node, copy) {
+            Some((first, end)) => end.saturating_sub(first),
+            None if node.0 >= self.nodes => 0,
+            // Blocks `p`, `p + k`, `p + 2 k`, .. of `n`.
+            None => {
+                let behind = self.dealt().saturating_sub(self.place(node, copy) as u32);
+                behind.div_ceil(u32::from(self.nodes.max(1)))
+            }
+        }
+    }
+
+    /// Which node's share a node has as this copy.
+    fn place(&self, node: NodeId, copy: u16) -> u64 {
+        let nodes = u64::from(self.nodes.max(1));
+        u64::from(node.0).wrapping_add(nodes).wrapping_sub(self.shift(copy)) % nodes
     }
 
     /// Copies of each block that is dealt out.
@@ -126,6 +152,7 @@ mod tests {
             }
             for node in 0..nodes {
                 let held = (0..blocks).filter(|&b| placement.holds(NodeId(node), b)).count();
+                prop_assert_eq!(placement.held(NodeId(node)), held as u32);
                 prop_assert!(held as u32 <= placement.most_blocks());
             }
         }

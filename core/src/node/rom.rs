@@ -112,7 +112,7 @@ impl<'a> Rom<'a> {
     /// Blocks that the node has.
     #[must_use]
     pub fn len(&self) -> usize {
-        (0..self.placement.blocks).filter(|&b| self.holds(b)).count()
+        self.placement.held(self.here) as usize
     }
 
     /// Whether the node has no block.
