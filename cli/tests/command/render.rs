@@ -4,11 +4,7 @@ use std::{fs, path::Path};
 
 use serde_json::Value;
 
-use crate::support::Folder;
-
-fn json(path: &Path) -> Value {
-    serde_json::from_str(&fs::read_to_string(path).expect("a JSON file")).expect("JSON")
-}
+use crate::support::{FIELDS, Folder, field, json};
 
 impl Folder {
     /// Renders, and reads the JSON.
@@ -38,41 +34,8 @@ fn pixels(path: &Path) -> (usize, Vec<[f32; 3]>) {
 fn the_json_has_what_scripts_rely_on() {
     let folder = Folder::new();
     let run = folder.render("cornell --width 40 --height 30 --samples 2 --seed 7 --memory 64KiB");
-    for field in [
-        "version",
-        "options",
-        "image_hash",
-        "width",
-        "height",
-        "nodes",
-        "time_s",
-        "virtual_time_s",
-        "efficiency",
-        "rays.primary",
-        "rays.shadow",
-        "rays.specular",
-        "rays.ambient",
-        "skipped",
-        "messages.count",
-        "messages.bytes",
-        "blocks.count",
-        "blocks.bytes",
-        "blocks.fetched",
-        "memory.limit",
-        "memory.peak",
-        "memory.peak_node",
-        "points.capacity",
-        "points.peak",
-        "cache.hits",
-        "cache.misses",
-        "cache.evictions",
-        "retries",
-        "refusals",
-        "lost",
-        "faults",
-    ] {
-        let value = field.split('.').try_fold(&run, |value, name| value.get(name));
-        assert!(value.is_some(), "no {field}");
+    for name in FIELDS {
+        assert!(field(&run, name).is_some(), "no {name}");
     }
     assert_eq!((&run["width"], &run["height"], &run["nodes"]), (&40.into(), &30.into(), &1.into()));
     assert_eq!(run["rays"]["primary"], 40 * 30 * 2);

@@ -1,17 +1,11 @@
 //! `kiloray sim`.
 
-use std::{fs, path::Path};
-
 use serde_json::Value;
 
-use crate::support::Folder;
+use crate::support::{FIELDS, Folder, field, json};
 
 /// Small, and quick.
 const SMALL: &str = "--width 24 --height 24 --samples 1";
-
-fn json(path: &Path) -> Value {
-    serde_json::from_str(&fs::read_to_string(path).expect("a JSON file")).expect("JSON")
-}
 
 impl Folder {
     fn sim(&self, line: &str) -> Value {
@@ -46,44 +40,16 @@ fn the_json_has_what_scripts_rely_on() {
     let folder = Folder::new();
     let line = format!("cornell {SMALL} --nodes 6 --topology mesh:3x2 --memory 64KiB --loss 0.01");
     let run = folder.sim(&line);
-    for field in [
-        "version",
+    let more = [
         "options.topology",
         "options.loss",
-        "image_hash",
-        "width",
-        "height",
-        "nodes",
-        "time_s",
-        "virtual_time_s",
-        "efficiency",
-        "rays.primary",
-        "rays.shadow",
-        "rays.specular",
-        "rays.ambient",
-        "skipped",
-        "messages.count",
-        "messages.bytes",
-        "blocks.count",
-        "blocks.bytes",
-        "blocks.fetched",
-        "memory.limit",
-        "memory.peak",
-        "memory.peak_node",
-        "points.capacity",
-        "points.peak",
-        "cache.hits",
-        "cache.misses",
-        "cache.evictions",
-        "retries",
-        "refusals",
         "lost.data",
         "lost.imbalance",
         "lost.repeated",
         "faults.lost",
-    ] {
-        let value = field.split('.').try_fold(&run, |value, name| value.get(name));
-        assert!(value.is_some_and(|value| !value.is_null()), "no {field}");
+    ];
+    for name in FIELDS.into_iter().chain(more) {
+        assert!(field(&run, name).is_some_and(|value| !value.is_null()), "no {name}");
     }
     assert_eq!((&run["nodes"], &run["memory"]["limit"]), (&6.into(), &65_536.into()));
     // A tile may be given out twice: then there are more rays, and the same picture.

@@ -6,7 +6,52 @@ use std::{
     process::{Command, Output},
 };
 
+use serde_json::Value;
 use tempfile::TempDir;
+
+/// What scripts rely on in the JSON of any run: fields in fields behind dots.
+pub(crate) const FIELDS: [&str; 31] = [
+    "version",
+    "options",
+    "image_hash",
+    "width",
+    "height",
+    "nodes",
+    "time_s",
+    "virtual_time_s",
+    "efficiency",
+    "rays.primary",
+    "rays.shadow",
+    "rays.specular",
+    "rays.ambient",
+    "skipped",
+    "messages.count",
+    "messages.bytes",
+    "blocks.count",
+    "blocks.bytes",
+    "blocks.fetched",
+    "memory.limit",
+    "memory.peak",
+    "memory.peak_node",
+    "points.capacity",
+    "points.peak",
+    "cache.hits",
+    "cache.misses",
+    "cache.evictions",
+    "retries",
+    "refusals",
+    "lost",
+    "faults",
+];
+
+/// A field of a run's JSON.
+pub(crate) fn field<'v>(run: &'v Value, name: &str) -> Option<&'v Value> {
+    name.split('.').try_fold(run, |value, name| value.get(name))
+}
+
+pub(crate) fn json(path: &Path) -> Value {
+    serde_json::from_str(&fs::read_to_string(path).expect("a JSON file")).expect("JSON")
+}
 
 /// An empty directory in which the command runs.
 pub(crate) struct Folder(TempDir);
