@@ -3,8 +3,8 @@
 use kiloray_core::block::KiloView;
 use kiloray_core::network::{HOST, Mesh, NodeId, PacketHeader, Port, Router, RouterSize, Topology};
 use kiloray_core::node::{
-    Dealing, Next, Node, NodeNeeds, NodePlan, Picture, Placement, Prefetch, Rom, Schedule,
-    Settings, TaskOrder, Time,
+    Dealing, Next, Node, NodeNeeds, NodePlan, Picture, Placement, Prefetch, Progress, Rom,
+    Schedule, Settings, TaskOrder, Time,
 };
 use kiloray_core::render::Tiling;
 use kiloray_core::store::{Arena, Chunk};
@@ -24,11 +24,25 @@ const HERE: NodeId = NodeId(0);
 /// The host's end of the link between them.
 const ENTRY: Port = Port(0);
 
+/// The actor.
+pub(crate) type Actor<'a> = Node<'a, Picture<'a, Scalar>>;
+
 /// Renders in the arena, behind what lies beside it, and writes the pixels.
+#[cfg_attr(feature = "measure", allow(dead_code))]
 pub(crate) fn render(
     file: &KiloView<'_>,
     memory: &mut [Chunk],
     pixels: &mut Pixels,
+) -> Result<Done, PictureError> {
+    render_by(file, memory, pixels, |node| node.poll(Time(0)))
+}
+
+/// The same, with each step of the actor taken by `step`.
+pub(crate) fn render_by(
+    file: &KiloView<'_>,
+    memory: &mut [Chunk],
+    pixels: &mut Pixels,
+    mut step: impl FnMut(&mut Actor<'_>) -> Progress,
 ) -> Result<Done, PictureError> {
     let (beside, memory) = memory.split_at_mut(BESIDE_BYTES / size_of::<Chunk>());
     let mesh = Mesh::new(ONE);
@@ -44,7 +58,7 @@ pub(crate) fn render(
         .map_err(PictureError::Arena)?;
     let exit = mesh.reverse(HOST, ENTRY).unwrap_or(ENTRY);
     while !host.is_complete() {
-        let next = node.poll(Time(0)).next;
+        let next = step(node).next;
         let out = carry((node.router(), exit), (host.router(), ENTRY), packet);
         host.poll();
         let back = carry((host.router(), ENTRY), (node.router(), exit), packet);
@@ -81,7 +95,7 @@ fn node<'a>(
     tiling: Tiling,
     plan: &NodePlan,
     memory: &'a mut [Chunk],
-) -> Result<Node<'a, Picture<'a, Scalar>>, PictureError> {
+) -> Result<Actor<'a>, PictureError> {
     let limits = file.limits();
     let settings = Settings {
         schedule: SCHEDULE,

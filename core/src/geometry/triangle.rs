@@ -84,7 +84,8 @@ impl PreparedRay {
 
     #[inline(always)]
     fn crossing(&self, vertices: [Vec3; 3]) -> Option<Crossing> {
-        let [v0, v1, v2] = vertices.map(|v| self.sheared(v));
+        let [v0, v1, v2] = vertices;
+        let (v0, v1, v2) = (self.sheared(v0), self.sheared(v1), self.sheared(v2));
         let u = v2.x * v1.y - v2.y * v1.x;
         let v = v0.x * v2.y - v0.y * v2.x;
         let w = v1.x * v0.y - v1.y * v0.x;

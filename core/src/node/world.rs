@@ -1,12 +1,12 @@
 use super::{Missing, Work};
 use crate::block::{BlockLimits, BlockSource, BlockView};
-use crate::geometry::{Aabb, Hit, Pyramid};
+use crate::geometry::{Aabb, Hit, PreparedRay, Pyramid, Ray};
 use crate::material::OpticalDepth;
 use crate::path::PathKey;
 use crate::render::{Places, Tiling, Trust, is_clear};
-use crate::scene::Needs;
+use crate::scene::{Material, Needs};
 use crate::shade::{Counts, Direct, PackedHit, Path, PathRay, Point, Shader, Shadow, Sum};
-use crate::trace::{Clip, ClipEntry, Cursor, TraceError, Tracer, Trail};
+use crate::trace::{Clip, ClipEntry, Cursor, Query, TraceError, Tracer, Trail};
 use crate::view::Camera;
 
 /// What a node computes, apart from how it is divided: geometry and light.
@@ -134,16 +134,60 @@ impl<'a, T: Tracer> Picture<'a, T> {
         Self { tracer, shader, camera, tiling, limits, cursor, trust: Trust::new() }
     }
 
-    fn is_transparent(&self) -> bool {
-        self.shader.tables().needs.any(Needs::TRANSPARENT)
-    }
-
-    /// Enters what the cursor has counted.
-    fn note(&mut self, work: &mut Work) {
+    /// Goes on with a ray. All rays come here, so that the traversal is there once in the code of a node, and not once for each question.
+    #[inline(never)]
+    fn ask<S: BlockSource<Error = Missing>>(
+        &mut self,
+        source: &mut S,
+        ray: &Ray,
+        trail: &mut Trail,
+        asked: &mut Asked<'_>,
+        work: &mut Work,
+    ) -> Traced {
+        let ended = self.tracer.continue_query(&mut self.cursor, source, ray, trail, asked);
         let visited = self.cursor.take_visited();
         work.nodes = work.nodes.saturating_add(visited.nodes);
         work.leaves = work.leaves.saturating_add(visited.leaves);
         work.blocks = work.blocks.saturating_add(visited.blocks);
+        match ended {
+            Ok(()) => Traced::Done,
+            Err(TraceError::Source(Missing(block))) => {
+                *trail = self.cursor.trail();
+                Traced::Missing(block)
+            }
+            Err(TraceError::Corrupt { block }) => Traced::Corrupt(block),
+        }
+    }
+}
+
+/// What is asked of a ray.
+enum Asked<'a> {
+    /// Its closest hit.
+    Closest(Option<Hit>),
+    /// What is in the way of a shadow ray: all stops it, or what these materials do not let pass.
+    Depth(OpticalDepth, Option<&'a [Material]>, &'a Ray),
+}
+
+impl Query for Asked<'_> {
+    #[inline(always)]
+    fn shorten(&self, ray: &mut PreparedRay) {
+        if let Self::Closest(best) = self {
+            best.shorten(ray);
+        }
+    }
+
+    #[inline(always)]
+    fn hit(&mut self, prepared: &mut PreparedRay, t: f32, hit: impl Fn() -> Hit) -> bool {
+        match self {
+            Self::Closest(best) => best.hit(prepared, t, hit),
+            Self::Depth(sum, Some(materials), ray) if cfg!(feature = "transparent") => {
+                sum.cross(materials, ray, &hit())
+            }
+            Self::Depth(sum, ..) => {
+                *sum = OpticalDepth::OPAQUE;
+                true
+            }
+        }
     }
 }
 
@@ -190,21 +234,11 @@ impl<T: Tracer> World for Picture<'_, T> {
         work: &mut Work,
     ) -> Traced {
         work.rays = work.rays.saturating_add(1);
-        let found =
-            self.tracer.continue_closest(&mut self.cursor, source, &ray.ray(), best.get(), trail);
-        let traced = match found {
-            Ok(hit) => {
-                *best = PackedHit::new(hit.as_ref());
-                Traced::Done
-            }
-            Err(TraceError::Source(Missing(block))) => {
-                *best = PackedHit::new(self.cursor.best().as_ref());
-                *trail = self.cursor.trail();
-                Traced::Missing(block)
-            }
-            Err(TraceError::Corrupt { block }) => Traced::Corrupt(block),
-        };
-        self.note(work);
+        let mut asked = Asked::Closest(best.get());
+        let traced = self.ask(source, &ray.ray(), trail, &mut asked, work);
+        if let (Asked::Closest(hit), Traced::Done | Traced::Missing(_)) = (&asked, traced) {
+            *best = PackedHit::new(hit.as_ref());
+        }
         traced
     }
 
@@ -212,35 +246,19 @@ impl<T: Tracer> World for Picture<'_, T> {
     fn shadow<S: BlockSource<Error = Missing>>(
         &mut self,
         source: &mut S,
-        ray: &crate::geometry::Ray,
+        ray: &Ray,
         trail: &mut Trail,
         depth: &mut [u32; 3],
         work: &mut Work,
     ) -> Traced {
         work.shadow_rays = work.shadow_rays.saturating_add(1);
-        let ended = if self.is_transparent() {
-            let materials = self.shader.tables().materials;
-            let mut sum = OpticalDepth::of_steps(*depth);
-            let cross = |hit: &Hit| sum.cross(materials, ray, hit);
-            let ended = self.tracer.continue_every(&mut self.cursor, source, ray, trail, cross);
+        let tables = self.shader.tables();
+        let passable = tables.needs.any(Needs::TRANSPARENT).then_some(tables.materials);
+        let mut asked = Asked::Depth(OpticalDepth::of_steps(*depth), passable, ray);
+        let traced = self.ask(source, ray, trail, &mut asked, work);
+        if let Asked::Depth(sum, ..) = asked {
             *depth = sum.steps();
-            ended
-        } else {
-            self.tracer.continue_any(&mut self.cursor, source, ray, trail).map(|hidden| {
-                if hidden {
-                    *depth = OpticalDepth::OPAQUE.steps();
-                }
-            })
-        };
-        let traced = match ended {
-            Ok(()) => Traced::Done,
-            Err(TraceError::Source(Missing(block))) => {
-                *trail = self.cursor.trail();
-                Traced::Missing(block)
-            }
-            Err(TraceError::Corrupt { block }) => Traced::Corrupt(block),
-        };
-        self.note(work);
+        }
         traced
     }
 

@@ -30,11 +30,11 @@ impl Unit {
     /// Light in steps, to the nearest. NaN, infinity and what is negative count as none; what is too bright is cut off.
     #[must_use]
     pub fn quantise(&self, light: Vec3) -> Sum {
-        let steps = self.steps;
-        Sum(light.to_array().map(|x| {
+        let steps = |x: f32| {
             // The cast saturates.
-            if x > 0.0 && x < f32::INFINITY { libm::roundf(x * steps) as i64 } else { 0 }
-        }))
+            if x > 0.0 && x < f32::INFINITY { libm::roundf(x * self.steps) as i64 } else { 0 }
+        };
+        Sum([steps(light.x), steps(light.y), steps(light.z)])
     }
 
     /// The mean radiance of so many samples.

@@ -59,9 +59,13 @@ pub(super) fn triangle<Q: Query>(
     if a == b && b == c {
         return false;
     }
-    let index = [a, b, c].map(|i| usize::from(record.base) + usize::from(i));
-    let [a, b, c] = index.map(|i| view.vertex(i));
-    let (Some(a), Some(b), Some(c)) = (a, b, c) else { return false };
+    // One by one: where code is made small, closures over arrays are calls.
+    let base = usize::from(record.base);
+    let index = [base + usize::from(a), base + usize::from(b), base + usize::from(c)];
+    let [ia, ib, ic] = index;
+    let (Some(a), Some(b), Some(c)) = (view.vertex(ia), view.vertex(ib), view.vertex(ic)) else {
+        return false;
+    };
     let vertices = [a, b, c];
     let Some(hit) = ray.triangle(vertices) else { return false };
     query.hit(ray, hit.t, || Hit {

@@ -124,6 +124,23 @@ pub trait Tracer: Copy {
         Ok(found)
     }
 
+    /// Asks anything of a ray, from a trail on. Of an [`Option<Hit>`] it makes the closest hit, of a `bool` whether there is any.
+    ///
+    /// # Errors
+    /// [`TraceError`]; after `Source` it goes on by [`Cursor::trail`], with the same query.
+    #[inline]
+    fn continue_query<S: BlockSource, Q: Query>(
+        self,
+        cursor: &mut Cursor,
+        source: &mut S,
+        ray: &Ray,
+        trail: &Trail,
+        query: &mut Q,
+    ) -> Result<(), TraceError<S::Error>> {
+        cursor.trail = *trail;
+        self.run::<Single<true>, S, Q>(cursor, source, ray, query)
+    }
+
     /// Shows every hit of a ray to `visit`, once, in no order that means anything; `true` ends it. For
     /// shadow rays through what is transparent: the sum of what the hits take must not depend on their order.
     ///

@@ -94,12 +94,12 @@ fn walk<L: Lanes, S: BlockSource, Q: Query>(
     let octants = first_octants(&run.ray);
     let prepared = lanes.ray(&run.ray);
     // The path of the trail leads on below the place.
-    if run.collapsed.unbounded_shr(u32::from(run.at.depth)) != 0
-        && !restart(lanes, run, levels, source, &prepared, octants)?
-    {
-        return Ok(());
-    }
+    let mut restarts = run.collapsed.unbounded_shr(u32::from(run.at.depth)) != 0;
     loop {
+        if restarts && !restart(lanes, run, levels, source, &prepared, octants)? {
+            return Ok(());
+        }
+        restarts = false;
         let view = source.block(run.at.block).map_err(TraceError::Source)?;
         if !run.enters(&view, &mut levels.visited) {
             return Err(TraceError::Corrupt { block: run.at.block });
@@ -115,9 +115,7 @@ fn walk<L: Lanes, S: BlockSource, Q: Query>(
                     return Ok(());
                 }
                 run.at.leave();
-                if !restart(lanes, run, levels, source, &prepared, octants)? {
-                    return Ok(());
-                }
+                restarts = true;
             }
         }
     }
