@@ -25,9 +25,9 @@ fn main() {
         println!("cargo:rerun-if-env-changed=KILORAY_SHARE");
         let share = out.join("share.bin");
         match env::var_os("KILORAY_SHARE") {
-            Some(file) => put(Path::new(&file), &share),
+            Some(file) if !file.is_empty() => put(Path::new(&file), &share),
             // It is put into the board's flash beside the firmware.
-            None => fs::write(&share, []).expect("OUT_DIR can be written"),
+            _ => fs::write(&share, []).expect("OUT_DIR can be written"),
         }
         // Of what follows it needs nothing.
         return;

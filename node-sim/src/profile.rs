@@ -57,7 +57,7 @@ impl Profile {
         clip: 909.0,
         message: 50.0,
         copy: 0.024,
-        check: 0.95,
+        check: 0.2,
     };
 
     /// INMOS T800 at 20 MHz: 1.5 million floating-point operations and 10 million instructions a second (data sheet), with memory

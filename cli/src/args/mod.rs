@@ -11,10 +11,11 @@ mod units;
 use std::path::PathBuf;
 
 pub(crate) use axis::{Axis, point, scale};
-use clap::{Args, Parser, Subcommand, ValueHint};
+use clap::{Args, Parser, Subcommand, ValueEnum, ValueHint};
 pub(crate) use mesh::{Mesh, Placement, Prefetch, Profile, Schedule, Switching, TaskOrder};
 pub(crate) use options::{Bounds, Common, Exposure, ViewChoice};
 pub(crate) use parse::{command, parse};
+use serde::Serialize;
 pub(crate) use units::Part;
 
 /// Ray tracing in kilobytes.
@@ -58,6 +59,17 @@ pub(crate) enum Command {
         mut_arg("report", |arg| arg.hide(true))
     )]
     Sweep(Box<Sweep>),
+    /// Render a scene on a ring of small boards that QEMU emulates, linked by serial lines; this machine is their host
+    #[command(
+        after_help = text::BOARD,
+        args_override_self = true,
+        mut_arg("width", |arg| arg.help(text::BOARD_WIDTH)),
+        mut_arg("block", |arg| arg.help(text::BOARD_BLOCK)),
+        mut_arg("memory", |arg| arg.hide(true)),
+        mut_arg("threads", |arg| arg.hide(true)),
+        mut_arg("report", |arg| arg.hide(true))
+    )]
+    Board(Box<Board>),
     /// Compile a scene to a .kilo file of blocks, and print what it needs
     #[command(after_help = text::COMPILE, args_override_self = true)]
     Compile(Compile),
@@ -128,6 +140,54 @@ pub(crate) struct Sweep {
     /// The words that each point has.
     #[arg(skip)]
     pub(crate) typed: Vec<std::ffi::OsString>,
+}
+
+/// `kiloray board`.
+#[derive(Debug, Args)]
+pub(crate) struct Board {
+    #[command(flatten)]
+    pub(crate) scene: Scene,
+    /// The picture: .png (for the eye), .hdr or .exr (linear radiance); default: the scene's name and .png
+    #[arg(short, long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    pub(crate) output: Option<PathBuf>,
+    /// Boards that QEMU emulates
+    #[arg(long, value_name = "N", default_value_t = 4, value_parser = mesh::nodes, allow_hyphen_values = true, help_heading = "Boards")]
+    pub(crate) qemu: u32,
+    /// What each of them is; of a list, in turn
+    #[arg(
+        long,
+        value_name = "M",
+        value_enum,
+        value_delimiter = ',',
+        default_value = "mps2-an386",
+        help_heading = "Boards"
+    )]
+    pub(crate) machine: Vec<Machine>,
+    /// How they are linked: ring, line, or what else leaves each three links at most, the host's included
+    #[arg(long, value_name = "T", default_value = "ring", help_heading = "Boards")]
+    pub(crate) topology: String,
+    /// The firmware, built before, for boards of one kind [default: it is built]
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath, help_heading = "Boards")]
+    pub(crate) firmware: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) common: Common,
+}
+
+/// A board, by QEMU's name.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, ValueEnum, Serialize)]
+pub(crate) enum Machine {
+    /// Arm MPS2 with a Cortex-M4F
+    #[value(name = "mps2-an386")]
+    #[serde(rename = "mps2-an386")]
+    Mps2An386,
+    /// Arm MPS2 with a Cortex-M3, without floating-point unit
+    #[value(name = "mps2-an385")]
+    #[serde(rename = "mps2-an385")]
+    Mps2An385,
+    /// Texas Instruments LM3S6965: Cortex-M3, 64 KiB of RAM
+    #[value(name = "lm3s6965evb")]
+    #[serde(rename = "lm3s6965evb")]
+    Lm3s6965evb,
 }
 
 /// What to read.

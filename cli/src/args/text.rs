@@ -13,6 +13,7 @@ Examples:
   kiloray render sinc:1000 --memory 64KiB          two million triangles in 64 KiB
   kiloray sim glass --nodes 64 --topology torus:8x8 --memory 64KiB --report page
   kiloray sweep glass --over nodes=1..256 -o speed-up
+  kiloray board glass --qemu 4                     four Cortex-M boards, emulated
   kiloray compare reference.exr room.exr -o difference.png
 
 Exit codes: 0 done, 1 failed, 2 the command line makes no sense.
@@ -50,6 +51,25 @@ run ends with an error, and what was rendered is marked as incomplete.
 
 efficiency = T1 / (nodes x TN), with T1 the virtual time of one node of the same profile that has
 the whole scene in its memory. The page of --report shows what the rest was lost to.";
+
+pub(super) const BOARD: &str = "\
+Examples:
+  kiloray board glass                              a ring of four Cortex-M4F boards
+  kiloray board cornell --qemu 1 --width 64
+  kiloray board glass --machine mps2-an386,mps2-an385 --width 32 --samples 4
+  kiloray board glass --machine lm3s6965evb --topology line --json run.json
+
+Each board runs the firmware of 'node-board' with a quarter of the scene (of four boards) in its
+flash, and serial lines to its neighbours; this machine is at the lines of one or two of them, gives
+the tiles and takes the pixels, which are those of 'kiloray render', to the bit. A line carries some
+10 kB a second under QEMU. It takes qemu-system-arm, and a Rust compiler with the boards' targets:
+'rustup target add thumbv7em-none-eabihf thumbv7m-none-eabi', or 'bash node-board/toolchain'.";
+
+pub(super) const BOARD_WIDTH: &str = "\
+Width of the picture in pixels [default: 64, or by the height and the view]";
+
+pub(super) const BOARD_BLOCK: &str = "\
+Size of a block: 1KiB to 64KiB, a power of two [default: 1KiB]";
 
 pub(super) const NODE_MEMORY: &str = "\
 Memory of each node for all that it holds, as in 64KiB; the blocks it owns are read-only and apart \

@@ -1,5 +1,6 @@
 //! What each command does.
 
+mod board;
 mod compare;
 mod compile;
 mod completions;
@@ -25,6 +26,7 @@ pub(crate) fn run(arguments: Arguments) -> Outcome {
         Some(Command::Render(render)) => render::run(&render),
         Some(Command::Sim(sim)) => sim::run(&sim),
         Some(Command::Sweep(sweep)) => sweep::run(&sweep),
+        Some(Command::Board(board)) => board::run(&board),
         Some(Command::Compile(compile)) => compile::run(&compile),
         Some(Command::Plan(plan)) => plan::run(&plan),
         Some(Command::Compare(compare)) => compare::run(&compare),

@@ -71,27 +71,32 @@ fn parts(view: &BlockView<'_>) -> Result<(), BlockError> {
     {
         return Err(BlockError::Counts);
     }
+    // Without an early end these loops are a few instructions for many bytes.
     match view.bytes().get(view.content_end()..) {
-        Some(padding) if padding.iter().all(|&b| b == 0) => Ok(()),
+        Some(padding) if padding.iter().fold(0, |all, byte| all | byte) == 0 => Ok(()),
         _ => Err(BlockError::Reserved),
     }
 }
 
 fn vertices(view: &BlockView<'_>) -> Result<(), BlockError> {
-    match view.vertices().iter().position(|v| !v.iter().all(|x| x.abs() <= 1.0)) {
-        Some(vertex) => Err(BlockError::Vertex { vertex: vertex as u16 }),
-        None => Ok(()),
+    let inside = |words: &[f32]| words.iter().fold(true, |all, x| all & (x.abs() <= 1.0));
+    if inside(view.vertices().as_flattened()) {
+        return Ok(());
     }
+    let vertex = view.vertices().iter().position(|vertex| !inside(vertex));
+    Err(BlockError::Vertex { vertex: vertex.unwrap_or_default() as u16 })
 }
 
 fn records(view: &BlockView<'_>, limits: &BlockLimits) -> Result<(), BlockError> {
+    let vertices = view.vertices();
     for (i, record) in (0u16..).zip(view.records()) {
         let spheres = record.base & RECORD_SPHERES != 0;
         if spheres && !cfg!(feature = "sphere") {
             return Err(BlockError::SpheresLeftOut);
         }
         let known = u32::from(record.material) < limits.materials;
-        if !known || !primitives(view, record, spheres) {
+        let sound = primitives(record, vertices.len()) && (!spheres || round(record, vertices));
+        if !known || !sound {
             return Err(BlockError::Record { record: i });
         }
     }
@@ -100,25 +105,31 @@ fn records(view: &BlockView<'_>, limits: &BlockLimits) -> Result<(), BlockError>
 
 /// Whether a record holds at least one primitive, its unused places come last, and its indices are
 /// in range.
-fn primitives(view: &BlockView<'_>, record: &Record, spheres: bool) -> bool {
+#[inline]
+fn primitives(record: &Record, vertices: usize) -> bool {
+    // Spheres leave the third index free.
+    let spheres = record.base & RECORD_SPHERES != 0;
+    let (mut used, mut greatest) = (0_u8, 0);
+    for (place, &[a, b, c]) in record.index.iter().enumerate() {
+        used |= u8::from((a != b) | (a != c)) << place;
+        // Unused places name the same vertex three times; it must exist as well, so that lanes may load it.
+        greatest = greatest.max(a).max(b).max(if spheres { a } else { c });
+    }
     let base = usize::from(record.base & !RECORD_SPHERES);
-    let vertex = |i: u8| view.vertices().get(base + usize::from(i));
-    let used = |t: &[u8; 3]| t.iter().any(|i| Some(i) != t.first());
-    let count = record.index.iter().take_while(|t| used(t)).count();
-    let [first, ..] = &record.index;
-    // Spheres leave the third index free. Unused places name the same vertex three times; it must
-    // exist as well, so that lanes may load it.
-    let in_range = record.index.iter().all(|&[a, b, c]| {
-        vertex(a).is_some() && vertex(b).is_some() && (spheres || vertex(c).is_some())
-    });
-    let round = record.index.iter().filter(|t| spheres && used(t)).all(|&[a, b, _]| {
-        let Some((center, &[radius, inward, zero])) = vertex(a).zip(vertex(b)) else {
+    used != 0 && used & (used + 1) == 0 && base + usize::from(greatest) < vertices
+}
+
+/// Whether the spheres of a record are spheres.
+fn round(record: &Record, vertices: &[[f32; 3]]) -> bool {
+    let base = usize::from(record.base & !RECORD_SPHERES);
+    let vertex = |i: u8| vertices.get(base + usize::from(i));
+    record.index.iter().filter(|[a, b, c]| (a != b) | (a != c)).fold(true, |all, &[a, b, _]| {
+        let Some((&[x, y, z], &[radius, inward, zero])) = vertex(a).zip(vertex(b)) else {
             return false;
         };
-        let inside = center.iter().all(|c| c.abs() + radius <= 1.001);
-        radius > 0.0 && inside && (inward == 0.0 || inward == 1.0) && zero == 0.0
-    });
-    used(first) && !record.index.iter().skip(count).any(used) && in_range && round
+        let inside = x.abs().max(y.abs()).max(z.abs()) + radius <= 1.001;
+        all & (radius > 0.0) & inside & ((inward == 0.0) | (inward == 1.0)) & (zero == 0.0)
+    })
 }
 
 fn refs(view: &BlockView<'_>, block: u32, limits: &BlockLimits) -> Result<(), BlockError> {

@@ -195,7 +195,7 @@ impl<'a, W: World> Node<'a, W> {
         if now >= self.next_deadline {
             self.deadlines(now);
         }
-        let mut worked = 0;
+        let mut worked = u32::from(self.check_block(now));
         while worked < QUANTUM {
             let rays = self.step(now);
             if rays == 0 {
@@ -254,7 +254,10 @@ impl<'a, W: World> Node<'a, W> {
     }
 
     fn is_runnable(&self) -> bool {
-        self.fresh > 0 || !self.ready.is_empty() || self.can_open_camera_rays()
+        self.fresh > 0
+            || !self.ready.is_empty()
+            || self.fetches.iter().any(FetchSlot::is_complete)
+            || self.can_open_camera_rays()
     }
 
     /// Whether a packet lies here that could be dealt with now.

@@ -133,14 +133,23 @@ impl<W: World> Node<'_, W> {
         if !complete {
             return;
         }
-        let block = fetch.block;
         let took = now.since(fetch.begun);
-        fetch.state = FREE;
-        let again = fetch.again != 0;
         // What was asked for twice tells nothing about how long it takes (Karn & Partridge 1987).
-        if !again {
+        if fetch.again == 0 {
             self.fetch_time = smoothed(self.fetch_time, took);
         }
+        fetch.state = COMPLETE;
+    }
+
+    /// Checks one of the blocks that are complete, and lets those go on that wait for it: whether there was one.
+    ///
+    /// Its link buffers are free by then: what takes as long as some rays keeps no packet waiting.
+    pub(super) fn check_block(&mut self, now: Time) -> bool {
+        let Some(fetch) = self.fetches.iter_mut().find(|fetch| fetch.state == COMPLETE) else {
+            return false;
+        };
+        fetch.state = FREE;
+        let block = fetch.block;
         let whole = self.blocks.cache.block_bytes() as u64;
         self.work.checked = self.work.checked.saturating_add(whole);
         let Self { world, blocks, .. } = self;
@@ -153,6 +162,7 @@ impl<W: World> Node<'_, W> {
             self.blocks.cache.discard(block);
             self.want(block, now);
         }
+        true
     }
 
     /// Sends the blocks that other nodes have asked for, as far as there is room.
@@ -267,6 +277,7 @@ pub(super) fn place(
 const FREE: u8 = 0;
 const TO_BE_SENT: u8 = 1;
 const SENT: u8 = 2;
+const COMPLETE: u8 = 3;
 
 /// A running mean over about eight values.
 pub(super) const fn smoothed(mean: Time, value: Time) -> Time {

@@ -5,17 +5,13 @@ use crate::network::{Channel, NodeId};
 use crate::protocol::{Items, Message};
 use crate::store::Claim;
 
-/// Packets of replies handled in a step; a block that is complete is the last, as its check takes as long as some rays.
+/// Packets of replies handled in a step.
 const REPLIES: usize = 8;
 
 impl<W: World> Node<'_, W> {
     /// Replies are consumed at once: they change a record, or are dropped; what follows is kept there (rule 3).
     pub(super) fn replies(&mut self, now: Time) {
-        let checked = self.work.checked;
         for _ in 0..REPLIES {
-            if self.work.checked != checked {
-                break;
-            }
             let Some((from, len)) = self.router.arrived(Channel::Reply).map(|(f, b)| (f, b.len()))
             else {
                 break;

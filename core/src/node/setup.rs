@@ -217,6 +217,16 @@ impl Setup {
             .map_err(SetupError::Arena)
     }
 
+    /// What [`Setup::schedule`] is for a schedule.
+    #[must_use]
+    pub const fn code(schedule: Schedule) -> u8 {
+        match schedule {
+            Schedule::Hybrid => 0,
+            Schedule::Demand => 1,
+            Schedule::Data => 2,
+        }
+    }
+
     const fn schedule(&self) -> Schedule {
         match self.schedule {
             0 => Schedule::Hybrid,

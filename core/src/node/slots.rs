@@ -186,7 +186,7 @@ pub(super) struct FetchSlot {
     pub(super) asked: u16,
     /// Requests without any piece since.
     pub(super) tries: u8,
-    /// 0 free, 1 to be sent, 2 sent.
+    /// 0 free, 1 to be sent, 2 sent, 3 complete and to be checked.
     pub(super) state: u8,
     /// It was asked for more than once.
     pub(super) again: u8,
@@ -199,6 +199,10 @@ impl FetchSlot {
 
     pub(super) fn is_free(&self) -> bool {
         self.state == 0
+    }
+
+    pub(super) fn is_complete(&self) -> bool {
+        self.state == 3
     }
 
     pub(super) fn asked(&self) -> NodeId {

@@ -5,6 +5,12 @@ use serde::Serialize;
 pub struct Latencies {
     /// From the request for a block to its arrival.
     pub fetch: Histogram,
+    /// Of it, until the request was with the owner.
+    pub fetch_request: Histogram,
+    /// Of it, from then on until the first piece entered a link: what the owner did before, and its queue.
+    pub fetch_owner: Histogram,
+    /// Of it, from then on until the last piece was there.
+    pub fetch_reply: Histogram,
     /// From a ray's departure to its answer.
     pub ray: Histogram,
     /// From the grant of a tile to its last pixel.

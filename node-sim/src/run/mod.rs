@@ -202,7 +202,7 @@ impl<'m, N: Actor<'m>, H: Actor<'m>> Run<'m, N, H> {
             (received, PacketHeader::split(bytes))
             && header.to() == here
         {
-            self.watch.arrives(self.now, here, payload);
+            self.watch.arrives(self.now, header.from(), here, payload);
         }
         self.packets.free(packet);
         self.note(1, u64::from(link), received as u64);
@@ -269,7 +269,7 @@ impl<'m, N: Actor<'m>, H: Actor<'m>> Run<'m, N, H> {
         let place = self.links.get(index).from;
         let starts = data && header.from() == self.id(place);
         if starts {
-            self.watch.departs(self.now, header.from(), payload);
+            self.watch.departs(self.now, header.from(), header.to(), payload);
         }
         let duration = self.settings.link.duration(len);
         let link = self.links.get(index);

@@ -16,14 +16,27 @@ pub(crate) struct Watch {
     /// Whoever asks for a block has it with its last byte.
     block_bytes: u32,
     /// Blocks that are asked for. Entries of these maps are looked up, never listed.
-    fetches: HashMap<(u16, u32), u64>,
+    fetches: HashMap<(u16, u32), Fetch>,
     /// Rays that are away, by the slot that waits for them.
     rays: HashMap<(u16, u16), (PathKey, u64)>,
     /// Tiles that are given out.
     tiles: HashMap<u32, u64>,
     fetch: Recorder,
+    fetch_request: Recorder,
+    fetch_owner: Recorder,
+    fetch_reply: Recorder,
     ray: Recorder,
     tile: Recorder,
+}
+
+/// A block that is asked for.
+#[derive(Debug, Clone, Copy)]
+struct Fetch {
+    /// When the first request entered a link.
+    since: u64,
+    /// When a request came to the owner, and when the first piece left it; 0 before.
+    asked: u64,
+    served: u64,
 }
 
 impl Watch {
@@ -35,17 +48,28 @@ impl Watch {
             rays: HashMap::new(),
             tiles: HashMap::new(),
             fetch: Recorder::new(),
+            fetch_request: Recorder::new(),
+            fetch_owner: Recorder::new(),
+            fetch_reply: Recorder::new(),
             ray: Recorder::new(),
             tile: Recorder::new(),
         }
     }
 
     /// A packet leaves the place that has made it.
-    pub(crate) fn departs(&mut self, now: u64, from: NodeId, payload: &[u8]) {
+    pub(crate) fn departs(&mut self, now: u64, from: NodeId, to: NodeId, payload: &[u8]) {
         for message in Items::new(payload) {
             match message {
                 Message::Fetch { block, .. } => {
-                    self.fetches.entry((from.0, block)).or_insert(now);
+                    let fetch = Fetch { since: now, asked: 0, served: 0 };
+                    self.fetches.entry((from.0, block)).or_insert(fetch);
+                }
+                Message::Part { block, .. } => {
+                    if let Some(fetch) = self.fetches.get_mut(&(to.0, block))
+                        && fetch.served == 0
+                    {
+                        fetch.served = now;
+                    }
                 }
                 Message::Ray(ray) if ray.reply.node() == from => {
                     let (slot, key) = slot(&ray.reply);
@@ -70,14 +94,25 @@ impl Watch {
     }
 
     /// A packet is where it belongs.
-    pub(crate) fn arrives(&mut self, now: u64, at: NodeId, payload: &[u8]) {
+    pub(crate) fn arrives(&mut self, now: u64, from: NodeId, at: NodeId, payload: &[u8]) {
         for message in Items::new(payload) {
             match message {
+                Message::Fetch { block, .. } => {
+                    if let Some(fetch) = self.fetches.get_mut(&(from.0, block))
+                        && fetch.asked == 0
+                    {
+                        fetch.asked = now;
+                    }
+                }
                 Message::Part { block, offset, bytes }
                     if offset.saturating_add(bytes.len() as u32) >= self.block_bytes =>
                 {
-                    if let Some(since) = self.fetches.remove(&(at.0, block)) {
+                    if let Some(fetch) = self.fetches.remove(&(at.0, block)) {
+                        let Fetch { since, asked, served } = fetch;
                         self.fetch.record(now - since);
+                        self.fetch_request.record(asked.saturating_sub(since));
+                        self.fetch_owner.record(served.saturating_sub(asked));
+                        self.fetch_reply.record(now - served);
                     }
                 }
                 Message::Answer { to, .. } => {
@@ -98,6 +133,9 @@ impl Watch {
     pub(crate) fn latencies(&self) -> Latencies {
         Latencies {
             fetch: self.fetch.histogram(),
+            fetch_request: self.fetch_request.histogram(),
+            fetch_owner: self.fetch_owner.histogram(),
+            fetch_reply: self.fetch_reply.histogram(),
             ray: self.ray.histogram(),
             tile: self.tile.histogram(),
         }

@@ -1,0 +1,148 @@
+//! This machine as the host: the picture and its tiles, over the serial lines to the mesh.
+
+use std::{
+    cell::Cell,
+    future::{Future, pending, poll_fn},
+    os::unix::net::UnixStream,
+    pin::pin,
+    task::Poll,
+    time::{Duration, Instant},
+};
+
+use async_io::{Async, Timer};
+use embedded_io_adapters::futures_03::FromFutures;
+use kiloray_core::{
+    network::{HOST, Mesh, PacketHeader, Router, RouterSize},
+    node::{Actor, Clock, Next, Setup, Time, run},
+    store::{Arena, CHUNK_BYTES, Chunk},
+};
+use kiloray_link::{Link, LinkCounts, Tally, frame::frame_bytes};
+use kiloray_render::Ledger;
+
+use crate::failure::{Failure, Outcome};
+
+/// How often the rest of the world is looked at.
+const LOOK_EVERY: Duration = Duration::from_millis(50);
+
+/// How the host's work ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum End {
+    Complete,
+    /// No node has this block.
+    Lost(u32),
+    /// Somebody has asked for it.
+    Stopped,
+}
+
+/// A host, and what its links carried.
+#[derive(Debug)]
+pub(super) struct Done {
+    pub(super) ledger: Ledger,
+    pub(super) end: End,
+    pub(super) links: Vec<LinkCounts>,
+}
+
+/// Takes the picture over these links, the host's ports in order, until it is complete or `look` says so. `look` is told how many pixels there are.
+pub(super) fn host(
+    mesh: Mesh,
+    setup: &Setup,
+    ledger: Ledger,
+    links: Vec<UnixStream>,
+    look: &mut dyn FnMut(u64) -> Outcome<bool>,
+) -> Outcome<Done> {
+    match links.len() {
+        1 => with_links::<1>(mesh, setup, ledger, links, look),
+        _ => with_links::<2>(mesh, setup, ledger, links, look),
+    }
+}
+
+fn with_links<const N: usize>(
+    mesh: Mesh,
+    setup: &Setup,
+    ledger: Ledger,
+    links: Vec<UnixStream>,
+    look: &mut dyn FnMut(u64) -> Outcome<bool>,
+) -> Outcome<Done> {
+    let size = RouterSize::new(&mesh, HOST, setup.depth, setup.payload);
+    let mut memory = vec![Chunk::ZERO; size.arena_bytes() / CHUNK_BYTES];
+    let router = Router::new(&mut Arena::new(&mut memory), mesh, HOST, size);
+    let router = router.map_err(Failure::new)?;
+    let state = Cell::new((0, None));
+    let mut host = Host { router, ledger, state: &state };
+
+    let io = |error| Failure::new(format_args!("sockets: {error}"));
+    let links = links.into_iter().map(Async::new).collect::<Result<Vec<_>, _>>().map_err(io)?;
+    let tallies = [const { Tally::new() }; N];
+    let room = frame_bytes(PacketHeader::BYTES + usize::from(setup.payload).max(Setup::BYTES));
+    let joined = links.iter().zip(&tallies).map(|(link, tally)| {
+        let rooms = [(); 3].map(|()| vec![0; room]);
+        Link::new(FromFutures::new(link), FromFutures::new(link), rooms, tally)
+    });
+    let joined: Result<[_; N], _> = joined.collect::<Vec<_>>().try_into();
+    let mut joined = joined.map_err(|_| Failure::new("the host has one or two links"))?;
+    let mut ports = mesh.joined(HOST);
+    let joints = joined.each_mut().map(|link| {
+        link.joint(ports.next().unwrap_or(kiloray_core::network::Port(u16::MAX)), setup)
+    });
+
+    let clock = Wall(Instant::now());
+    let end = {
+        let mut work = pin!(run(&mut host, joints, &clock, setup.reminder));
+        let mut tick = Timer::interval(LOOK_EVERY);
+        async_io::block_on(poll_fn(|cx| {
+            if let Poll::Ready(never) = work.as_mut().poll(cx) {
+                match never {}
+            }
+            let (pixels, end) = state.get();
+            if let Some(end) = end {
+                return Poll::Ready(Ok(end));
+            }
+            while pin!(&mut tick).poll(cx).is_ready() {
+                match look(pixels) {
+                    Ok(true) => {}
+                    Ok(false) => return Poll::Ready(Ok(End::Stopped)),
+                    Err(failure) => return Poll::Ready(Err(failure)),
+                }
+            }
+            Poll::Pending
+        }))?
+    };
+    let links = tallies.iter().map(Tally::get).collect();
+    Ok(Done { ledger: host.ledger, end, links })
+}
+
+struct Host<'m, 's> {
+    router: Router<'m>,
+    ledger: Ledger,
+    /// Pixels that are there, and how it has ended.
+    state: &'s Cell<(u64, Option<End>)>,
+}
+
+impl<'m> Actor<'m> for Host<'m, '_> {
+    fn poll(&mut self, now: Time) -> Next {
+        let next = self.ledger.poll(now, &mut self.router);
+        let lost = self.ledger.lost().map(End::Lost);
+        let end = if self.ledger.is_complete() { Some(End::Complete) } else { lost };
+        self.state.set((self.ledger.pixels_done(), end));
+        next
+    }
+
+    fn router(&mut self) -> &mut Router<'m> {
+        &mut self.router
+    }
+}
+
+struct Wall(Instant);
+
+impl Clock for Wall {
+    fn now(&self) -> Time {
+        Time(u64::try_from(self.0.elapsed().as_nanos()).unwrap_or(u64::MAX))
+    }
+
+    async fn wait(&self, until: Time) {
+        match self.0.checked_add(Duration::from_nanos(until.0)) {
+            Some(at) if until != Time::NEVER => drop(Timer::at(at).await),
+            _ => pending().await,
+        }
+    }
+}

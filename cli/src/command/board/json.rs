@@ -1,0 +1,55 @@
+use serde_json::{Value, json};
+
+use super::{End, Run};
+use crate::picture;
+
+impl Run<'_> {
+    /// The fields that scripts rely on.
+    pub(super) fn as_json(&self) -> Value {
+        let (options, done) = (self.options, self.done);
+        let file = self.scene.file.view();
+        let header = file.header();
+        let mut common = json!(self.board.common);
+        common["scenes"] = json!(self.board.scene.scenes);
+        common["width"] = json!(options.width);
+        common["height"] = json!(options.height);
+        common["block"] = json!(header.block_bytes);
+        common["nodes"] = json!(self.nodes);
+        common["topology"] = json!(self.board.topology);
+        common["machine"] = json!(self.board.machine);
+        let counts = done.ledger.counts();
+        let links = done.links.iter().map(|link| {
+            json!({
+                "sent": { "frames": link.sent, "bytes": link.sent_bytes },
+                "received": { "frames": link.received, "bytes": link.received_bytes },
+                "damaged": link.damaged,
+            })
+        });
+        json!({
+            "version": env!("CARGO_PKG_VERSION"),
+            "options": common,
+            "complete": done.end == End::Complete,
+            "lost_block": if let End::Lost(block) = done.end { Some(block) } else { None },
+            "image_hash": picture::hash(self.picture),
+            "image_hash_kind": "blake3",
+            "width": options.width,
+            "height": options.height,
+            "nodes": self.nodes,
+            "time_s": self.time_s,
+            "mesh_s": self.render_s,
+            "surfaces": header.primitives,
+            "blocks": {
+                "count": header.blocks,
+                "bytes": u64::from(header.blocks) * u64::from(header.block_bytes),
+                "owned_max": self.owned,
+            },
+            "host_links": links.collect::<Vec<_>>(),
+            "messages": { "count": counts.messages },
+            "tiles": { "given": counts.given, "given_again": counts.given_again },
+            "duplicates": counts.duplicates,
+            "differing": counts.differing,
+            "overflows": done.ledger.overflows(),
+            "notes": self.scene.notes,
+        })
+    }
+}

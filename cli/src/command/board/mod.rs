@@ -1,0 +1,286 @@
+//! `kiloray board`: a picture from a ring of emulated boards, with this machine as their host.
+
+mod emulator;
+mod firmware;
+mod host;
+mod json;
+
+use std::{
+    collections::BTreeMap,
+    path::{Path, PathBuf},
+    sync::atomic::Ordering,
+    time::Instant,
+};
+
+use kiloray_core::{
+    network::{Mesh, NodeId, Topology},
+    node::{Dealing, Placement, Schedule, Setup, Time},
+    shade::{self, Shader, Tables},
+};
+use kiloray_render::{Ledger, Options};
+use kiloray_scene::kilo;
+
+use self::{
+    emulator::Parts,
+    firmware::{Board, LINKS},
+    host::{Done, End, host},
+};
+use super::engine;
+use crate::{
+    args,
+    console::{count, line},
+    failure::{Failure, Outcome},
+    interrupt,
+    output::Output,
+    picture::{self, Format},
+    progress::Progress,
+    scene::{self, Scene},
+};
+
+/// Size of a block where nothing is said: small, as lines are slow.
+const BLOCK: u32 = 1 << 10;
+/// Longer side of the picture where nothing is said.
+const SIDE: u32 = 64;
+/// Greatest payload of a packet: the least, as a line carries one packet after the other.
+const PAYLOAD: u16 = 256;
+/// Sides of a tile, and so many tiles for each board.
+const SIDES: [u16; 2] = [8, 4];
+const TILES_PER_NODE: u32 = 4;
+
+/// A run that has ended.
+struct Run<'a> {
+    board: &'a args::Board,
+    scene: &'a Scene,
+    options: &'a Options,
+    nodes: u16,
+    /// Blocks of the board that has the most.
+    owned: u32,
+    done: &'a Done,
+    picture: &'a picture::Picture,
+    time_s: f64,
+    render_s: f64,
+}
+
+/// Starts, renders and writes.
+pub(super) fn run(board: &args::Board) -> Outcome {
+    let common = &board.common;
+    let quiet = common.quiet;
+    let start = Instant::now();
+    if let Some(path) = &board.output {
+        Format::of(path)?;
+    }
+    refuse_foreign(common)?;
+    let mesh = mesh(board)?;
+    let scene = scene::load(&board.scene.scenes, common.block, BLOCK, quiet)?
+        .with_view(common.view.as_ref());
+    let options = options(board, &scene)?;
+    let path = board.output.clone().unwrap_or_else(|| PathBuf::from(format!("{}.png", scene.name)));
+    let cancel = interrupt::gentle();
+    // Whether all can be written shows before the work.
+    let output = Output::create(&path)?;
+    let json_out = common.json.as_deref().map(Output::create).transpose()?;
+    scene.print_notes(quiet);
+
+    let (placement, setup) = (placement(&scene, &mesh), setup(&scene, &options, &mesh));
+    let parts = parts(board, &scene, &placement)?;
+    let ledger = ledger(&scene, &options, &setup, &mesh)?;
+    let folder = tempfile::tempdir().map_err(|error| Failure::io(Path::new("/tmp"), &error))?;
+    let render_start = Instant::now();
+    let (mut boards, links) = emulator::start(&mesh, &parts, folder.path())?;
+    let bar = Progress::new("boards", ledger.pixels(), quiet);
+    let all = ledger.pixels();
+    let mut look = |pixels| {
+        bar.set(pixels);
+        bar.message(format!("{} of {} pixels", count(pixels), count(all)));
+        match boards.ended() {
+            Some((node, status, said)) => Err(Failure::new(format_args!(
+                "board {node} has ended ({status}){}{said}",
+                if said.is_empty() { "" } else { ": " }
+            ))),
+            None => Ok(!cancel.load(Ordering::Relaxed)),
+        }
+    };
+    let done = host(mesh, &setup, ledger, links, &mut look)?;
+    drop(bar);
+    drop(boards);
+
+    let output = if done.end == End::Complete { output } else { output.incomplete() };
+    let path = output.path().to_owned();
+    let rendered = done.ledger.picture();
+    let _ = picture::save(&rendered, Format::of(&path)?, common.exposure, output)?;
+    let run = Run {
+        board,
+        scene: &scene,
+        options: &options,
+        nodes: mesh.nodes(),
+        owned: placement.most_blocks(),
+        done: &done,
+        picture: &rendered,
+        time_s: start.elapsed().as_secs_f64(),
+        render_s: render_start.elapsed().as_secs_f64(),
+    };
+    if let Some(output) = json_out {
+        output.write(format!("{:#}\n", run.as_json()).as_bytes())?;
+    }
+    let to_standard =
+        [Some(path.as_path()), common.json.as_deref()].contains(&Some(Path::new("-")));
+    if !quiet && !to_standard {
+        run.print(&path)?;
+    }
+    match done.end {
+        End::Complete => Ok(()),
+        End::Lost(block) => Err(Failure::new(format_args!(
+            "block {block} is lost: no board holds a copy; what was rendered is in {}",
+            path.display()
+        ))),
+        End::Stopped => Err(Failure::new(format_args!(
+            "interrupted; what was rendered is in {}",
+            path.display()
+        ))),
+    }
+}
+
+/// What a board decides for itself.
+fn refuse_foreign(common: &args::Common) -> Outcome {
+    let given = [
+        (common.memory.is_some(), "--memory: a board has the memory that its firmware says"),
+        (common.threads.is_some(), "--threads: a board is one thread"),
+        (common.report.is_some(), "--report: there is no page of boards; --json has all figures"),
+    ];
+    match given.into_iter().find(|(given, _)| *given) {
+        Some((_, message)) => Err(Failure::usage(message)),
+        None => Ok(()),
+    }
+}
+
+fn mesh(board: &args::Board) -> Outcome<Mesh> {
+    let (name, nodes) = (&board.topology, board.qemu);
+    let topology = Topology::parse(name, nodes).map_err(|error| {
+        Failure::usage(format_args!("--topology {name} for {nodes} boards: {error}"))
+    })?;
+    let mesh = Mesh::new(topology);
+    let most = (0..mesh.nodes()).map(|node| mesh.joined(NodeId(node)).count()).max().unwrap_or(0);
+    if most > LINKS {
+        return Err(Failure::usage(format_args!(
+            "--topology {name} for {nodes} boards: one needs {most} links, and has {LINKS}"
+        )));
+    }
+    Ok(mesh)
+}
+
+fn options(board: &args::Board, scene: &Scene) -> Outcome<Options> {
+    let mut common = board.common.clone();
+    if common.width.is_none() && common.height.is_none() {
+        common.width = Some(SIDE);
+    }
+    engine::options(&common, scene.choose_view(common.view.as_ref())?)
+}
+
+/// As `kiloray compile` deals the blocks out.
+fn placement(scene: &Scene, mesh: &Mesh) -> Placement {
+    let blocks = scene.file.view().blocks();
+    Placement {
+        dealing: Dealing::Subtrees,
+        blocks,
+        nodes: mesh.nodes(),
+        top: blocks.min(1),
+        replicas: 1,
+    }
+}
+
+/// What all boards are told.
+fn setup(scene: &Scene, options: &Options, mesh: &Mesh) -> Setup {
+    let shade::Settings { samples, shadow_samples, bounces, seed } = options.settings;
+    let pixels = u64::from(options.width) * u64::from(options.height);
+    let enough = |side: &u16| {
+        let area = u64::from(*side) * u64::from(*side);
+        pixels >= area * u64::from(TILES_PER_NODE) * u64::from(mesh.nodes())
+    };
+    let setup = Setup {
+        version: Setup::VERSION,
+        scene: scene.file.view().header().crc,
+        sizes: [0; 15],
+        topology: 0,
+        schedule: Setup::code(Schedule::Hybrid),
+        seed,
+        // A block takes some tenths of a second over each of the lines. Boards adapt it to what they see.
+        patience: Time(5_000_000_000),
+        bundle_age: Time(10_000_000),
+        reminder: Time(500_000_000),
+        width: options.width,
+        height: options.height,
+        samples,
+        shadow_samples,
+        side: SIDES.into_iter().find(enough).unwrap_or(SIDES[SIDES.len() - 1]),
+        payload: PAYLOAD,
+        depth: 1,
+        group: 0,
+        prefetch: 0,
+        bounces,
+        refusals: 3,
+        view: options.view,
+    };
+    setup.with_topology(mesh.topology())
+}
+
+/// The boards, by node.
+fn parts(board: &args::Board, scene: &Scene, placement: &Placement) -> Outcome<Vec<Parts>> {
+    let mut built = BTreeMap::new();
+    let machines = board.machine.iter().copied().cycle();
+    let nodes = (0..placement.nodes).map(NodeId);
+    nodes
+        .zip(machines)
+        .map(|(node, machine)| {
+            let of = Board::of(machine);
+            let share = kilo::share(&scene.file, placement, node);
+            if share.len() as u64 > of.share_bytes {
+                return Err(Failure::new(format_args!(
+                    "board {} needs {} bytes of the scene, and {} has room for {}; take more boards",
+                    node.0,
+                    count(share.len() as u64),
+                    of.name,
+                    count(of.share_bytes)
+                )));
+            }
+            let firmware = match (&board.firmware, built.get(&machine)) {
+                (Some(given), _) => given.clone(),
+                (None, Some(firmware)) => PathBuf::clone(firmware),
+                (None, None) => of.build(board.common.quiet)?,
+            };
+            built.insert(machine, firmware.clone());
+            Ok(Parts { board: of, firmware, share })
+        })
+        .collect()
+}
+
+fn ledger(scene: &Scene, options: &Options, setup: &Setup, mesh: &Mesh) -> Outcome<Ledger> {
+    let file = scene.file.view();
+    let tables =
+        Tables { materials: file.materials(), lights: file.lights(), needs: *file.needs() };
+    let unit = Shader::new(tables, options.settings).unit();
+    let (width, height, side) = (options.width, options.height, u32::from(setup.side));
+    let ledger = Ledger::new(width, height, side, setup.seed, unit, setup.samples);
+    ledger.map(|ledger| ledger.with_askers(u32::from(mesh.nodes()))).map_err(engine::refused)
+}
+
+impl Run<'_> {
+    fn print(&self, path: &Path) -> Outcome {
+        line(format_args!(
+            "{}: {} x {}, {} samples per pixel",
+            path.display(),
+            self.options.width,
+            self.options.height,
+            self.options.settings.samples,
+        ))?;
+        let bytes: u64 = self.done.links.iter().map(|l| l.sent_bytes + l.received_bytes).sum();
+        line(format_args!(
+            "{} boards in {:.1} s, {} of {} blocks with each at most; {} bytes over the host's lines, {} frames damaged",
+            self.nodes,
+            self.render_s,
+            count(self.owned.into()),
+            count(self.scene.file.view().blocks().into()),
+            count(bytes),
+            self.done.links.iter().map(|l| u64::from(l.damaged)).sum::<u64>(),
+        ))
+    }
+}
