@@ -4,7 +4,7 @@
 //! `cargo run --release -p kiloray-sim --example calibrate`
 //!
 //! The times are those of `render` with one thread, which has all blocks at hand, so that a node's operations cost what they cost there.
-//! Scenes in which most light falls on glossy or clear surfaces take longer than predicted (`conference` by a fifth, `glass-cube` by more): what a
+//! Scenes in which most light falls on glossy or clear surfaces take longer than predicted (`conference` by a tenth, `glass-cube` by more): what a
 //! material does with light is counted as one operation, whatever the material.
 //! Bytes checked and copied are timed by themselves, as one node does neither.
 
@@ -38,7 +38,7 @@ const UNSEEN: [(&str, u32, u32); 3] =
     [("cornell", 96, 8), ("glass", 64, 4), ("sphereflake", 64, 4)];
 
 /// Operations that are fitted.
-const TERMS: usize = 9;
+const TERMS: usize = 13;
 /// How often each picture is rendered: the quickest counts.
 const REPEATS: usize = 5;
 
@@ -124,6 +124,10 @@ fn terms(work: &Work, lights: usize) -> [f64; TERMS] {
         work.blocks,
         work.rays,
         work.shadow_rays,
+        work.bundle_rays,
+        work.bundle_nodes,
+        work.bundle_boxes,
+        work.bundle_triangles,
         work.shadings,
         work.shadings * lights as u64,
         work.light_samples,
@@ -133,13 +137,31 @@ fn terms(work: &Work, lights: usize) -> [f64; TERMS] {
 }
 
 fn with_terms(t: [f64; TERMS], copy: f64, check: f64) -> Profile {
-    let [node, leaf, block, ray, shadow_ray, shading, light, light_sample, clip] = t;
+    let [
+        node,
+        leaf,
+        block,
+        ray,
+        shadow_ray,
+        bundle_ray,
+        bundle_node,
+        bundle_box,
+        bundle_triangle,
+        shading,
+        light,
+        light_sample,
+        clip,
+    ] = t;
     Profile {
         node,
         leaf,
         block,
         ray,
         shadow_ray,
+        bundle_ray,
+        bundle_node,
+        bundle_box,
+        bundle_triangle,
         shading,
         light,
         light_sample,
@@ -161,6 +183,10 @@ fn fit(rows: &[([f64; TERMS], f64)]) -> [f64; TERMS] {
         pc.block,
         pc.ray,
         pc.shadow_ray,
+        pc.bundle_ray,
+        pc.bundle_node,
+        pc.bundle_box,
+        pc.bundle_triangle,
         pc.shading,
         pc.light,
         pc.light_sample,

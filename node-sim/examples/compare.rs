@@ -1,6 +1,8 @@
 //! Renders a built-in scene on a simulated mesh and on one core of this machine, one after the other, and
 //! prints whether the pictures are the same, what each took, and where the mesh's time went.
 //!
+//! With `ONLY=mesh` or `ONLY=plain` it does one of the two, `REPEAT` times, and prints the processor time of each.
+//!
 //! `cargo run --release -p kiloray-sim --example compare -- SCENE TOPOLOGY NODES MEMORY_KIB SIDE [SCHEDULE [BLOCK_KIB [SAMPLES]]]`
 
 use kiloray_core::block::KiloView;
@@ -49,6 +51,20 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         "data" => Schedule::Data,
         _ => Schedule::Hybrid,
     };
+    let only = std::env::var("ONLY").unwrap_or_default();
+    if !only.is_empty() {
+        for _ in 0..std::env::var("REPEAT").map_or(1, |n| n.parse().unwrap_or(1)) {
+            let begin = cpu_time::ProcessTime::now();
+            let virtual_ns = if only == "mesh" {
+                simulated(&file, &options)?.report.virtual_ns
+            } else {
+                rendered(&file, &options)?;
+                0
+            };
+            println!("{only} {:.3} s, virtual {virtual_ns}", begin.elapsed().as_secs_f64());
+        }
+        return Ok(());
+    }
     let begin = Instant::now();
     let outcome = simulated(&file, &options)?;
     let mesh = begin.elapsed().as_secs_f64();

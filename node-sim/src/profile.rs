@@ -25,6 +25,16 @@ pub struct Profile {
     pub ray: f64,
     /// Beginning, or going on with, a shadow ray.
     pub shadow_ray: f64,
+    /// Whether rays are traced together. Where not, each goes alone.
+    pub together: bool,
+    /// Beginning a ray in a bundle.
+    pub bundle_ray: f64,
+    /// A tree node for a bundle: eight boxes.
+    pub bundle_node: f64,
+    /// A box for eight rays of a bundle.
+    pub bundle_box: f64,
+    /// A triangle for eight rays of a bundle.
+    pub bundle_triangle: f64,
     /// Shading a hit.
     pub shading: f64,
     /// Estimating what a light brings to a hit: all lights are looked at.
@@ -46,15 +56,20 @@ impl Profile {
     /// reading a short one.
     pub const PC: Self = Self {
         name: "pc",
-        node: 24.6,
-        leaf: 17.2,
-        block: 28.9,
-        ray: 152.0,
-        shadow_ray: 30.9,
-        shading: 286.0,
-        light: 14.5,
-        light_sample: 125.2,
-        clip: 909.0,
+        node: 25.7,
+        leaf: 18.2,
+        block: 22.9,
+        ray: 152.7,
+        shadow_ray: 33.5,
+        together: true,
+        bundle_ray: 27.9,
+        bundle_node: 30.2,
+        bundle_box: 6.0,
+        bundle_triangle: 24.0,
+        shading: 288.6,
+        light: 16.3,
+        light_sample: 100.3,
+        clip: 800.9,
         message: 50.0,
         copy: 0.024,
         check: 0.2,
@@ -109,6 +124,10 @@ impl Profile {
                 (work.blocks, self.block),
                 (work.rays, self.ray),
                 (work.shadow_rays, self.shadow_ray),
+                (work.bundle_rays, self.bundle_ray),
+                (work.bundle_nodes, self.bundle_node),
+                (work.bundle_boxes, self.bundle_box),
+                (work.bundle_triangles, self.bundle_triangle),
             ]),
             shade: ns(&[(work.shadings, self.shading), (work.light_samples, self.light_sample)]),
             clip: ns(&[(work.clips, self.clip)]),
@@ -151,6 +170,12 @@ impl Machine {
             // Three reciprocals, shear, octants; the path is taken from its slot and put back.
             ray: 100.0 * float + 200.0 * other,
             shadow_ray: 100.0 * float + 150.0 * other,
+            // Without lanes there is nothing in it.
+            together: false,
+            bundle_ray: 0.0,
+            bundle_node: 0.0,
+            bundle_box: 0.0,
+            bundle_triangle: 0.0,
             // The point with the bounds of its error, the material, the specular rays.
             shading: 350.0 * float + 500.0 * other,
             // Scrambled numbers, a place on the light, the material's answer, the start beside the surface.

@@ -1,9 +1,10 @@
+use std::cell::RefCell;
 use std::sync::atomic::Ordering;
 
 use kiloray_core::block::KiloView;
 use kiloray_core::network::{HOST, Mesh, NodeId, Router};
 use kiloray_core::node::{Node, Picture, Progress, Time, Work, World};
-use kiloray_core::render::Tiling;
+use kiloray_core::render::{Neighbours, Tiling};
 use kiloray_core::shade::{Shader, Tables};
 use kiloray_core::store::{Arena, ArenaFull, CHUNK_BYTES, Chunk};
 use kiloray_core::view::Camera;
@@ -43,7 +44,12 @@ pub fn simulate(
     let layout = Layout::new(file, options, &mesh)?;
     let shader = Shader::new(Tables::of(file), options.settings);
     let tiling = Tiling::new(width, height, layout.side());
-    let world = || Picture::new(Auto::detect(), shader, camera, tiling, file.limits());
+    // Nodes take their steps one after the other, so that all have the same room.
+    let room = RefCell::new(Neighbours::new());
+    let world = || {
+        let picture = Picture::new(Auto::detect(), shader, camera, tiling, file.limits());
+        if options.profile.together { picture.together_in(&room) } else { picture }
+    };
 
     let mut arenas = Vec::new();
     arenas.resize_with(layout.plans.len(), || vec![Chunk::ZERO; options.memory / CHUNK_BYTES]);

@@ -76,6 +76,8 @@ pub(super) const SUSPECTS: usize = 8;
 
 /// Rays that a step works on before it looks for messages again: others wait for this node's blocks.
 const QUANTUM: u32 = 2;
+/// The same for a node that has all blocks: nobody waits for one.
+const QUANTUM_ALONE: u32 = 4;
 /// Requests that a step deals with.
 const REQUESTS: u32 = 16;
 
@@ -196,7 +198,8 @@ impl<'a, W: World> Node<'a, W> {
             self.deadlines(now);
         }
         let mut worked = u32::from(self.check_block(now));
-        while worked < QUANTUM {
+        let quantum = if self.blocks.rom.holds_all() { QUANTUM_ALONE } else { QUANTUM };
+        while worked < quantum {
             let rays = self.step(now);
             if rays == 0 {
                 break;
@@ -233,6 +236,10 @@ impl<'a, W: World> Node<'a, W> {
         }
         if self.draining || self.fresh > 0 && !self.has_shadow_room() {
             return self.light(now);
+        }
+        let together = self.trace_together(now);
+        if together > 0 {
+            return together;
         }
         let mut stalled = 0;
         while stalled < self.ready.len() {

@@ -55,6 +55,7 @@ mod slots;
 #[cfg(test)]
 mod tests;
 mod tiles;
+mod together;
 mod work;
 mod world;
 

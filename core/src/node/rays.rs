@@ -93,32 +93,42 @@ impl<W: World> Node<'_, W> {
         } else {
             world.closest(blocks, &slot.ray, &mut trail, &mut slot.best, work)
         };
+        slot.set_trail(&trail);
+        if self.traced(number, &mut slot, traced, now) && !self.shade(number, slot) {
+            self.enqueue(number);
+        }
+        true
+    }
+
+    /// A ray has come to its end, or to a block that is not here. `true`: it is to be shaded.
+    pub(super) fn traced(
+        &mut self,
+        number: u16,
+        slot: &mut RaySlot,
+        traced: Traced,
+        now: Time,
+    ) -> bool {
         match traced {
             Traced::Done if slot.ray.is_shadow() => {
                 let sum = self.world.passed(slot.ray.path().throughput, slot.best.depth());
                 self.add(slot.root, slot.ray.pixel(), sum);
                 self.free_slot(number);
-                return true;
             }
             Traced::Done => {
                 slot.at = [0; 8];
                 slot.set_stage(Stage::Shade);
-                self.put(number, slot);
-                if !self.shade(number, slot) {
-                    self.enqueue(number);
-                }
+                self.put(number, *slot);
                 return true;
             }
             Traced::Missing(block) => {
-                slot.set_trail(&trail);
                 let migrates = self.settings.schedule.migrates(Self::kind(&slot.ray));
                 let goes =
                     migrates && slot.home == 0 && self.owner_for(block, slot.tries).is_some();
                 slot.set_stage(if goes { Stage::Send } else { Stage::Blocked });
-                self.put(number, slot);
+                self.put(number, *slot);
                 if !goes {
                     self.want(block, now);
-                } else if !self.send(number, slot, now) {
+                } else if !self.send(number, *slot, now) {
                     self.enqueue(number);
                 }
             }
@@ -127,7 +137,7 @@ impl<W: World> Node<'_, W> {
                 self.free_slot(number);
             }
         }
-        true
+        false
     }
 
     /// Shades a hit: its light, its shadow rays as long as there is room, then its children.

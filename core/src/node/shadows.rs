@@ -53,15 +53,21 @@ impl<W: World> Node<'_, W> {
             let fresh = self.shadows.get_mut(..self.fresh).unwrap_or_default();
             crate::render::sort_by_key(fresh, |slot| slot.shadow.source ^ turned);
         }
+        let mut traced = SHADOWS_PER_STEP;
         if !self.skip_bundle(now) {
-            for _ in 0..SHADOWS_PER_STEP {
-                if !self.trace_shadow(now) {
-                    break;
+            match self.trace_shadows_together(now) {
+                0 => {
+                    for _ in 0..SHADOWS_PER_STEP {
+                        if !self.trace_shadow(now) {
+                            break;
+                        }
+                    }
                 }
+                count => traced = count,
             }
         }
         self.draining = self.fresh > 0;
-        SHADOWS_PER_STEP
+        traced
     }
 
     /// Whether the last bundle is one that nothing can be in the way of: then it is done.
@@ -111,17 +117,27 @@ impl<W: World> Node<'_, W> {
         self.close(slot.root);
     }
 
+    /// Takes the last shadow ray that has been looked at; `None` if there is none.
+    pub(super) fn take_shadow(&mut self) -> Option<ShadowSlot> {
+        let at = self.fresh.checked_sub(1)?;
+        let slot = self.shadows.get(at).copied().filter(|slot| slot.begun != 0)?;
+        self.fresh = at;
+        Some(slot)
+    }
+
     /// Traces the last shadow ray that has been looked at; `false` if there is none.
     fn trace_shadow(&mut self, now: Time) -> bool {
-        let Some(at) = self.fresh.checked_sub(1) else { return false };
-        let Some(&(mut slot)) = self.shadows.get(at) else { return false };
-        if slot.begun == 0 {
-            return false;
-        }
-        self.fresh = at;
+        let Some(mut slot) = self.take_shadow() else { return false };
         let ray = slot.shadow.ray();
         let Self { world, blocks, work, .. } = self;
-        match world.shadow(blocks, &ray, &mut slot.trail, &mut slot.depth, work) {
+        let traced = world.shadow(blocks, &ray, &mut slot.trail, &mut slot.depth, work);
+        self.shadow_traced(slot, traced, now);
+        true
+    }
+
+    /// A shadow ray has come to its end, or to a block that is not here.
+    pub(super) fn shadow_traced(&mut self, slot: ShadowSlot, traced: Traced, now: Time) {
+        match traced {
             Traced::Done => self.end_shadow(&slot),
             Traced::Missing(block) => {
                 self.parked = self.parked.saturating_add(1);
@@ -136,6 +152,5 @@ impl<W: World> Node<'_, W> {
                 self.close(slot.root);
             }
         }
-        true
     }
 }

@@ -61,6 +61,14 @@ pub struct Work {
     pub rays: u64,
     /// Shadow rays begun or gone on with.
     pub shadow_rays: u64,
+    /// Rays begun together.
+    pub bundle_rays: u64,
+    /// Tree nodes visited by rays together: eight boxes each, for all rays as one.
+    pub bundle_nodes: u64,
+    /// Boxes tested by eight rays side by side.
+    pub bundle_boxes: u64,
+    /// Triangles tested by eight rays side by side.
+    pub bundle_triangles: u64,
     /// Hits shaded: their material, children and choice of lights.
     pub shadings: u64,
     /// Shadow rays made: places on lights and their weights.
@@ -82,6 +90,10 @@ impl AddAssign for Work {
         self.blocks = self.blocks.saturating_add(other.blocks);
         self.rays = self.rays.saturating_add(other.rays);
         self.shadow_rays = self.shadow_rays.saturating_add(other.shadow_rays);
+        self.bundle_rays = self.bundle_rays.saturating_add(other.bundle_rays);
+        self.bundle_nodes = self.bundle_nodes.saturating_add(other.bundle_nodes);
+        self.bundle_boxes = self.bundle_boxes.saturating_add(other.bundle_boxes);
+        self.bundle_triangles = self.bundle_triangles.saturating_add(other.bundle_triangles);
         self.shadings = self.shadings.saturating_add(other.shadings);
         self.light_samples = self.light_samples.saturating_add(other.light_samples);
         self.clips = self.clips.saturating_add(other.clips);

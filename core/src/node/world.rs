@@ -3,11 +3,15 @@ use crate::block::{BlockLimits, BlockSource, BlockView};
 use crate::geometry::{Aabb, Hit, PreparedRay, Pyramid, Ray};
 use crate::material::OpticalDepth;
 use crate::path::PathKey;
+#[cfg(feature = "bundles")]
+use crate::render::Neighbours;
 use crate::render::{Places, Tiling, Trust, is_clear};
 use crate::scene::{Material, Needs};
 use crate::shade::{Counts, Direct, PackedHit, Path, PathRay, Point, Shader, Shadow, Sum};
 use crate::trace::{Clip, ClipEntry, Cursor, Query, TraceError, Tracer, Trail};
 use crate::view::Camera;
+#[cfg(feature = "bundles")]
+use core::cell::RefCell;
 
 /// What a node computes, apart from how it is divided: geometry and light.
 ///
@@ -38,11 +42,41 @@ pub trait World {
     fn shadow<S: BlockSource<Error = Missing>>(
         &mut self,
         source: &mut S,
-        ray: &crate::geometry::Ray,
+        ray: &Ray,
         trail: &mut Trail,
         depth: &mut [u32; 3],
         work: &mut Work,
     ) -> Traced;
+
+    /// Traces some closest-hit rays together, from their beginning: the first so many.
+    fn closest_together<'r, S: BlockSource<Error = Missing>>(
+        &mut self,
+        _source: &mut S,
+        _rays: impl Iterator<Item = &'r PathRay>,
+        _work: &mut Work,
+    ) -> usize {
+        0
+    }
+
+    /// How far one of the rays has come that were traced together last, and its best hit.
+    fn closest_end(&self, _at: usize) -> Option<(Traced, Trail, PackedHit)> {
+        None
+    }
+
+    /// Traces some shadow rays together, from their beginning: the first so many.
+    fn shadows_together<S: BlockSource<Error = Missing>>(
+        &mut self,
+        _source: &mut S,
+        _rays: impl Iterator<Item = Ray>,
+        _work: &mut Work,
+    ) -> usize {
+        0
+    }
+
+    /// How far one of the shadow rays has come that were traced together last, and its optical depth.
+    fn shadow_end(&self, _at: usize) -> Option<(Traced, Trail, [u32; 3])> {
+        None
+    }
 
     /// Whether nothing is in the way of a bundle of shadow rays to one light. `false` says nothing.
     fn is_clear<'r, S: BlockSource<Error = Missing>>(
@@ -108,6 +142,17 @@ pub enum Traced {
     Corrupt(u32),
 }
 
+#[cfg(feature = "bundles")]
+impl Traced {
+    /// Of a ray that has stopped there, or not at all.
+    fn of(stopped: Option<Trail>) -> (Self, Trail) {
+        match stopped {
+            Some(trail) => (Self::Missing(trail.block()), trail),
+            None => (Self::Done, Trail::START),
+        }
+    }
+}
+
 /// A picture of a scene.
 #[derive(Debug)]
 pub struct Picture<'a, T> {
@@ -117,6 +162,9 @@ pub struct Picture<'a, T> {
     tiling: Tiling,
     limits: BlockLimits,
     cursor: Cursor,
+    /// Where rays are traced together.
+    #[cfg(feature = "bundles")]
+    room: Option<&'a RefCell<Neighbours>>,
     trust: Trust,
 }
 
@@ -130,8 +178,50 @@ impl<'a, T: Tracer> Picture<'a, T> {
         tiling: Tiling,
         limits: BlockLimits,
     ) -> Self {
-        let cursor = Cursor::new();
-        Self { tracer, shader, camera, tiling, limits, cursor, trust: Trust::new() }
+        Self {
+            tracer,
+            shader,
+            camera,
+            tiling,
+            limits,
+            cursor: Cursor::new(),
+            #[cfg(feature = "bundles")]
+            room: None,
+            trust: Trust::new(),
+        }
+    }
+
+    /// Traces rays together that are alike, in a room that it may share with other nodes: what is in it between two steps does not matter.
+    #[cfg(feature = "bundles")]
+    #[must_use]
+    pub const fn together_in(mut self, room: &'a RefCell<Neighbours>) -> Self {
+        self.room = Some(room);
+        self
+    }
+
+    /// Traces rays together in its room: how many.
+    #[cfg(feature = "bundles")]
+    fn together(
+        &self,
+        work: &mut Work,
+        trace: impl FnOnce(&mut Neighbours) -> (usize, Result<(), TraceError<Missing>>),
+    ) -> usize {
+        let Some(Ok(mut room)) = self.room.map(RefCell::try_borrow_mut) else { return 0 };
+        let (count, traced) = trace(&mut room);
+        let visited = room.take_visited();
+        work.bundle_rays = work.bundle_rays.saturating_add(count as u64);
+        work.bundle_nodes = work.bundle_nodes.saturating_add(visited.nodes);
+        work.bundle_boxes = work.bundle_boxes.saturating_add(visited.boxes);
+        work.bundle_triangles = work.bundle_triangles.saturating_add(visited.triangles);
+        work.nodes = work.nodes.saturating_add(visited.single.nodes);
+        work.leaves = work.leaves.saturating_add(visited.single.leaves);
+        work.blocks = work.blocks.saturating_add(visited.single.blocks);
+        work.blocks = work.blocks.saturating_add(visited.blocks);
+        match traced {
+            Ok(()) | Err(TraceError::Source(Missing(_))) => count,
+            // Each ray finds out for itself.
+            Err(TraceError::Corrupt { .. }) => 0,
+        }
     }
 
     /// Goes on with a ray. All rays come here, so that the traversal is there once in the code of a node, and not once for each question.
@@ -260,6 +350,46 @@ impl<T: Tracer> World for Picture<'_, T> {
             *depth = sum.steps();
         }
         traced
+    }
+
+    #[cfg(feature = "bundles")]
+    fn closest_together<'r, S: BlockSource<Error = Missing>>(
+        &mut self,
+        source: &mut S,
+        rays: impl Iterator<Item = &'r PathRay>,
+        work: &mut Work,
+    ) -> usize {
+        let tracer = self.tracer;
+        self.together(work, |room| room.trace(tracer, source, rays.map(PathRay::ray)))
+    }
+
+    #[cfg(feature = "bundles")]
+    fn closest_end(&self, at: usize) -> Option<(Traced, Trail, PackedHit)> {
+        let room = self.room?.try_borrow().ok()?;
+        let (traced, trail) = Traced::of(room.stopped(at));
+        Some((traced, trail, PackedHit::new(room.hit(at))))
+    }
+
+    #[cfg(feature = "bundles")]
+    fn shadows_together<S: BlockSource<Error = Missing>>(
+        &mut self,
+        source: &mut S,
+        rays: impl Iterator<Item = Ray>,
+        work: &mut Work,
+    ) -> usize {
+        if self.shader.tables().needs.any(Needs::TRANSPARENT) {
+            return 0;
+        }
+        let tracer = self.tracer;
+        self.together(work, |room| room.ask(tracer, source, rays))
+    }
+
+    #[cfg(feature = "bundles")]
+    fn shadow_end(&self, at: usize) -> Option<(Traced, Trail, [u32; 3])> {
+        let room = self.room?.try_borrow().ok()?;
+        let (traced, trail) = Traced::of(room.stopped(at));
+        let depth = if room.is_hidden(at) { OpticalDepth::OPAQUE } else { OpticalDepth::CLEAR };
+        Some((traced, trail, depth.steps()))
     }
 
     fn is_clear<'r, S: BlockSource<Error = Missing>>(

@@ -37,6 +37,8 @@ mod tile;
 mod trust;
 
 pub(crate) use clear::is_clear;
+#[cfg(feature = "bundles")]
+pub use neighbours::Neighbours;
 pub use plan::{Plan, PlanSettings, SceneSize};
 pub use renderer::{Job, RenderError, Renderer};
 pub use sight::Sight;

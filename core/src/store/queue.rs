@@ -53,6 +53,12 @@ impl<'a, T: Copy> Queue<'a, T> {
         if self.len == 0 { None } else { self.items.get(self.first) }
     }
 
+    /// The values, the oldest first.
+    pub fn iter(&self) -> impl Iterator<Item = &T> + Clone {
+        let (behind, front) = self.items.split_at_checked(self.first).unwrap_or_default();
+        front.iter().chain(behind).take(self.len)
+    }
+
     /// Number of values.
     #[must_use]
     pub const fn len(&self) -> usize {
@@ -81,12 +87,6 @@ impl<'a, T: Copy> Queue<'a, T> {
     #[must_use]
     pub const fn peak(&self) -> usize {
         self.peak
-    }
-
-    /// Its values, oldest first.
-    #[cfg(test)]
-    pub(crate) fn iter(&self) -> impl Iterator<Item = &T> {
-        (0..self.len).map(|i| &self.items[self.wrap(self.first + i)])
     }
 
     /// Its values; they lie at the front afterwards.

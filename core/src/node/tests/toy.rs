@@ -24,7 +24,14 @@ pub(super) struct Toy {
     pub(super) shadows: u32,
     pub(super) block_bytes: usize,
     pub(super) seed: u32,
+    /// What came of the rays that were traced together last.
+    pub(super) ends: [(Traced, Trail); TOGETHER],
 }
+
+/// Rays that are traced together.
+pub(super) const TOGETHER: usize = 5;
+/// Nothing came of any yet.
+pub(super) const NO_ENDS: [(Traced, Trail); TOGETHER] = [(Traced::Done, Trail::START); TOGETHER];
 
 fn hash(x: u64) -> u64 {
     PathKey { path: x, sample: 0 }.child(77).path
@@ -123,6 +130,21 @@ impl Toy {
         }
         Traced::Done
     }
+
+    fn together<S: BlockSource<Error = Missing>>(
+        &mut self,
+        source: &mut S,
+        keys: impl Iterator<Item = PathKey>,
+    ) -> usize {
+        let mut count = 0;
+        for key in keys.take(TOGETHER) {
+            let mut trail = Trail::START;
+            let traced = self.walk(source, key, &mut trail);
+            self.ends[count] = (traced, trail);
+            count += 1;
+        }
+        count
+    }
 }
 
 impl World for Toy {
@@ -158,6 +180,32 @@ impl World for Toy {
         _: &mut Work,
     ) -> Traced {
         self.walk(source, Self::shadow_key(ray.origin), trail)
+    }
+
+    fn closest_together<'r, S: BlockSource<Error = Missing>>(
+        &mut self,
+        source: &mut S,
+        rays: impl Iterator<Item = &'r PathRay>,
+        _: &mut Work,
+    ) -> usize {
+        self.together(source, rays.map(PathRay::key))
+    }
+
+    fn closest_end(&self, at: usize) -> Option<(Traced, Trail, PackedHit)> {
+        self.ends.get(at).map(|&(traced, trail)| (traced, trail, PackedHit::NONE))
+    }
+
+    fn shadows_together<S: BlockSource<Error = Missing>>(
+        &mut self,
+        source: &mut S,
+        rays: impl Iterator<Item = Ray>,
+        _: &mut Work,
+    ) -> usize {
+        self.together(source, rays.map(|ray| Self::shadow_key(ray.origin)))
+    }
+
+    fn shadow_end(&self, at: usize) -> Option<(Traced, Trail, [u32; 3])> {
+        self.ends.get(at).map(|&(traced, trail)| (traced, trail, [0; 3]))
     }
 
     fn is_clear<'r, S: BlockSource<Error = Missing>>(

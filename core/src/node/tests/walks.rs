@@ -1,7 +1,7 @@
 //! Runs in which a seed chooses what happens next, with time.
 
 use super::mesh::{Action, Setup, World, memory};
-use super::toy::Toy;
+use super::toy::{NO_ENDS, Toy};
 use super::{SCHEDULES, Schedule};
 
 fn setup(topology: (&str, u32), schedule: Schedule) -> Setup {
@@ -14,6 +14,7 @@ fn setup(topology: (&str, u32), schedule: Schedule) -> Setup {
         shadows: 3,
         block_bytes: 1024,
         seed: 5,
+        ends: NO_ENDS,
     };
     Setup { timed: true, fused: false, ..super::setup(topology, schedule, toy) }
 }

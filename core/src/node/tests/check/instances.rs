@@ -1,7 +1,7 @@
 //! What is searched in full: small meshes with one packet to a buffer and the least memory.
 
 use super::super::mesh::{Faults, Setup};
-use super::super::toy::Toy;
+use super::super::toy::{NO_ENDS, Toy};
 use super::super::{SCHEDULES, setup};
 use super::{describe, explore};
 use crate::node::Schedule;
@@ -14,7 +14,17 @@ fn most() -> usize {
 /// One shadow ray per point, blocks in one piece, a block of each node's own.
 pub(super) fn mesh(topology: (&str, u32), tiles: u32, splits: u32, schedule: Schedule) -> Setup {
     let blocks = topology.1 + 1;
-    let toy = Toy { tiles, blocks, way: 3, splits, tail: 0, shadows: 1, block_bytes: 64, seed: 5 };
+    let toy = Toy {
+        tiles,
+        blocks,
+        way: 3,
+        splits,
+        tail: 0,
+        shadows: 1,
+        block_bytes: 64,
+        seed: 5,
+        ends: NO_ENDS,
+    };
     setup(topology, schedule, toy)
 }
 

@@ -1,7 +1,7 @@
 //! Larger meshes, where a seed chooses what happens next: every run ends, and one that does not is made short.
 
 use super::super::mesh::{Action, Broken, Faults, More, Setup, World, memory};
-use super::super::toy::Toy;
+use super::super::toy::{NO_ENDS, Toy};
 use super::super::{SCHEDULES, setup};
 use super::{Flaw, Found, Kind, describe};
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -37,6 +37,7 @@ pub(super) fn drawn(seed: u64) -> Setup {
         shadows: random.u32(0..=3),
         block_bytes: [0, 64, 320][pieces],
         seed: random.u32(..),
+        ends: NO_ENDS,
     };
     let mut some = |most: usize| random.usize(..=most).saturating_sub(random.usize(..=most));
     let more = More {

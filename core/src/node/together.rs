@@ -1,0 +1,79 @@
+use super::slots::{RaySlot, ShadowSlot, Stage};
+use super::{Node, Time, World};
+use crate::shade::PackedHit;
+use crate::trace::Trail;
+
+/// Fewer rays than this go one by one.
+const FEWEST: usize = if cfg!(test) { 2 } else { 4 };
+/// Rays that are traced together, at most.
+const MOST: usize = 64;
+/// As many at a node whose blocks others may ask for, or that waits for blocks of others: it looks for messages between.
+const MOST_SHARING: usize = 16;
+
+impl<W: World> Node<'_, W> {
+    /// Rays that it traces together, and that a step is long, at most.
+    pub(super) fn bundle_len(&self) -> usize {
+        if self.blocks.rom.holds_all() { MOST } else { MOST_SHARING }
+    }
+
+    /// Traces the oldest of the rays that can go on together with those that begin as it does: how many.
+    pub(super) fn trace_together(&mut self, now: Time) -> u32 {
+        let begins = |slot: &&RaySlot| slot.stage() == Stage::Trace && slot.trail() == Trail::START;
+        let slots = self.ready.iter().filter_map(|&number| self.rays.get(usize::from(number)));
+        let slots = slots.take(self.bundle_len());
+        let Some(shadow) = slots.clone().next().map(|slot| slot.ray.is_shadow()) else { return 0 };
+        let alike = |slot: &&RaySlot| begins(slot) && slot.ray.is_shadow() == shadow;
+        let rays = slots.take_while(alike).map(|slot| &slot.ray);
+        if rays.clone().count() < FEWEST {
+            return 0;
+        }
+        let Self { world, blocks, work, .. } = self;
+        let count = if shadow {
+            world.shadows_together(blocks, rays.map(|ray| ray.ray()), work)
+        } else {
+            world.closest_together(blocks, rays, work)
+        };
+        for at in 0..count {
+            let Some(number) = self.ready.front().copied() else { break };
+            let Some(&(mut slot)) = self.rays.get(usize::from(number)) else { break };
+            let Self { world, .. } = self;
+            let end = if shadow {
+                let end = world.shadow_end(at);
+                end.map(|(traced, trail, depth)| (traced, trail, PackedHit::of_depth(depth)))
+            } else {
+                world.closest_end(at)
+            };
+            let Some((traced, trail, best)) = end else { break };
+            self.ready.dequeue();
+            slot.best = best;
+            slot.set_trail(&trail);
+            if self.traced(number, &mut slot, traced, now) {
+                self.enqueue(number);
+            }
+        }
+        count as u32
+    }
+
+    /// Traces the last of the shadow rays that wait together with those of its bundle: how many.
+    pub(super) fn trace_shadows_together(&mut self, now: Time) -> u32 {
+        let fresh = self.shadows.get(..self.fresh).unwrap_or_default();
+        let Some(source) = fresh.last().map(|slot| slot.shadow.source) else { return 0 };
+        let alike = |slot: &&ShadowSlot| {
+            slot.begun == 1 && slot.shadow.source == source && slot.trail == Trail::START
+        };
+        let rays = fresh.iter().rev().take(self.bundle_len()).take_while(alike);
+        if rays.clone().count() < FEWEST {
+            return 0;
+        }
+        let rays = rays.map(|slot| slot.shadow.ray());
+        let Self { world, blocks, work, .. } = self;
+        let count = world.shadows_together(blocks, rays, work);
+        for at in 0..count {
+            let Some((traced, trail, depth)) = self.world.shadow_end(at) else { break };
+            let Some(mut slot) = self.take_shadow() else { break };
+            (slot.trail, slot.depth) = (trail, depth);
+            self.shadow_traced(slot, traced, now);
+        }
+        count as u32
+    }
+}
