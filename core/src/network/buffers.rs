@@ -1,24 +1,32 @@
 use bytemuck::{Pod, Zeroable};
 
-use super::packet::{Channel, LANES};
+use super::packet::{Channel, LANES, Lane};
 use super::port::PortState;
 use super::{Mesh, NodeId};
 use crate::store::{Arena, ArenaFull};
 
 /// How much a router is lent.
+///
+/// Most requests are short and many, most replies are blocks: where packets are large, those of requests are smaller, and more of them fit
+/// a buffer. So a short packet does not take the place of a long one, and requests do not wait for a place at every hop.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct RouterSize {
     /// Ports of the node, used or not.
     pub ports: u16,
     /// Classes of the topology.
     pub classes: u8,
-    /// Packets in the buffer of each lane and port.
+    /// Packets in the buffer of each lane and port, of replies; see [`depth_of`](Self::depth_of).
     pub depth: u16,
     /// Packets of the node's own that can wait, for each channel.
     pub own: u16,
-    /// Greatest payload of a packet \[bytes\].
+    /// Greatest payload of a packet, of replies \[bytes\]; see [`payload_of`](Self::payload_of).
     pub payload: u16,
 }
+
+/// Greatest payload of a packet of requests \[bytes\]: some fetches, or two rays.
+const REQUEST_PAYLOAD: u16 = 512;
+/// Such packets in a buffer, at most.
+const REQUEST_DEPTH: u16 = 8;
 
 impl RouterSize {
     /// The size at a place of a mesh.
@@ -45,10 +53,29 @@ impl RouterSize {
         (usize::from(self.ports) + 1) * LANES
     }
 
+    /// Greatest payload of a packet of this channel \[bytes\].
+    #[must_use]
+    pub fn payload_of(&self, channel: Channel) -> u16 {
+        match channel {
+            Channel::Request => self.payload.min(REQUEST_PAYLOAD),
+            Channel::Reply => self.payload,
+        }
+    }
+
+    /// Packets in the buffer of each lane of this channel and port: those of requests take half of the bytes of replies, or less.
+    #[must_use]
+    pub fn depth_of(&self, channel: Channel) -> u16 {
+        let half = self.depth.saturating_mul(self.payload / 2 / REQUEST_PAYLOAD);
+        match channel {
+            Channel::Request => half.min(REQUEST_DEPTH).max(self.depth),
+            Channel::Reply => self.depth,
+        }
+    }
+
     /// Packets in all queues.
     #[must_use]
     pub fn slots(&self) -> usize {
-        usize::from(self.ports) * LANES * usize::from(self.depth) + self.own_slots()
+        self.slots_before(usize::from(self.ports) * LANES) + self.own_slots()
     }
 
     /// What a router takes of an arena \[bytes\].
@@ -63,16 +90,49 @@ impl RouterSize {
     /// Bytes of payloads. Lanes of a class that the topology does not have take none.
     #[must_use]
     pub fn bytes(&self) -> usize {
-        let of_links = usize::from(self.ports) * self.lanes_used() * usize::from(self.depth);
-        (of_links + self.own_slots()) * usize::from(self.payload)
+        let own = Channel::ALL.map(|channel| usize::from(self.payload_of(channel)));
+        self.bytes_before(usize::from(self.ports) * LANES)
+            + own.iter().sum::<usize>() * usize::from(self.own)
+    }
+
+    /// Packets of the queues before this one.
+    pub(super) fn slots_before(&self, queue: usize) -> usize {
+        let [requests, replies] = Channel::ALL.map(|channel| usize::from(self.depth_of(channel)));
+        let (port, lane) = (queue / LANES, Lane::of_queue(queue));
+        let class = usize::from(lane.class());
+        if port >= usize::from(self.ports) {
+            let own = lane.channel() as usize * usize::from(self.own);
+            return usize::from(self.ports) * 2 * (requests + replies) + own;
+        }
+        let before = match lane.channel() {
+            Channel::Request => class * requests,
+            Channel::Reply => 2 * requests + class * replies,
+        };
+        port * 2 * (requests + replies) + before
+    }
+
+    /// Bytes of the payloads of the queues before this one.
+    pub(super) fn bytes_before(&self, queue: usize) -> usize {
+        let of =
+            |channel| usize::from(self.depth_of(channel)) * usize::from(self.payload_of(channel));
+        let [requests, replies] = Channel::ALL.map(of);
+        let classes = usize::from(self.classes.clamp(1, 2));
+        let (port, lane) = (queue / LANES, Lane::of_queue(queue));
+        let class = usize::from(lane.class()).min(classes - 1);
+        if port >= usize::from(self.ports) {
+            let first = usize::from(self.payload_of(Channel::Request)) * usize::from(self.own);
+            let own = lane.channel() as usize * first;
+            return usize::from(self.ports) * classes * (requests + replies) + own;
+        }
+        let before = match lane.channel() {
+            Channel::Request => class * requests,
+            Channel::Reply => classes * requests + class * replies,
+        };
+        port * classes * (requests + replies) + before
     }
 
     fn own_slots(&self) -> usize {
         Channel::ALL.len() * usize::from(self.own)
-    }
-
-    pub(super) fn lanes_used(&self) -> usize {
-        Channel::ALL.len() * usize::from(self.classes.clamp(1, 2))
     }
 }
 
@@ -154,7 +214,7 @@ impl<'a> RouterMemory<'a> {
             bytes: arena.carve(size.bytes())?,
         };
         memory.fifos.fill(Fifo::default());
-        memory.ports.fill(PortState::new(size.depth));
+        memory.ports.fill(PortState::new(size));
         Ok(memory)
     }
 }

@@ -154,6 +154,11 @@ impl CreditReceiver {
         Sequence(self.seen.0.wrapping_add(self.capacity).wrapping_sub(self.held))
     }
 
+    /// Buffers in all.
+    pub(super) const fn capacity(&self) -> u16 {
+        self.capacity
+    }
+
     /// Buffers in use.
     #[must_use]
     pub const fn held(&self) -> u16 {

@@ -41,6 +41,11 @@ impl Lane {
         if (number as usize) < LANES { Some(Self(number)) } else { None }
     }
 
+    /// The lane that a queue of a router is of.
+    pub(super) const fn of_queue(queue: usize) -> Self {
+        Self((queue % LANES) as u8)
+    }
+
     /// Its number, below [`LANES`].
     #[must_use]
     pub const fn index(self) -> usize {

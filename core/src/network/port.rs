@@ -1,7 +1,7 @@
 use bytemuck::{Pod, Zeroable};
 
-use super::packet::{LANES, PacketHeader};
-use super::{CreditReceiver, CreditSender, Sequence};
+use super::packet::{LANES, Lane, PacketHeader};
+use super::{CreditReceiver, CreditSender, RouterSize, Sequence};
 
 /// The two directions of a link, by lane.
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
@@ -29,16 +29,25 @@ pub(super) const TELL: u8 = 1;
 pub(super) const ASK: u8 = 2;
 
 impl PortState {
-    pub(super) fn new(depth: u16) -> Self {
-        let receiver = CreditReceiver::new(depth);
+    pub(super) fn new(size: &RouterSize) -> Self {
+        let depths = Lane::ALL.map(|lane| size.depth_of(lane.channel()));
+        let receivers = depths.map(CreditReceiver::new);
         Self {
-            senders: [CreditSender::new(depth); LANES],
-            receivers: [receiver; LANES],
-            told: [receiver.limit(); LANES],
+            senders: depths.map(CreditSender::new),
+            receivers,
+            told: receivers.map(|receiver| receiver.limit()),
             turn: 0,
             control: 0,
             passed: 0,
         }
+    }
+
+    /// Whether credit of any lane has not come back.
+    pub(super) fn is_credit_out(&self) -> bool {
+        let full = |(sender, receiver): (&CreditSender, &CreditReceiver)| {
+            sender.available() >= receiver.capacity()
+        };
+        !self.senders.iter().zip(&self.receivers).all(full)
     }
 
     /// Takes so much off all numbers of packets that leave by a lane, or come by it.
@@ -51,9 +60,10 @@ impl PortState {
 
     /// Whether the far end should hear of its credit: it has asked, or half of a lane's buffers are free that it takes for full.
     /// It has credit left in the other case, so that none waits for ever.
-    pub(super) fn owes_credit(&self, depth: u16) -> bool {
+    pub(super) fn owes_credit(&self) -> bool {
         let untold = |(receiver, told): (&CreditReceiver, &Sequence)| {
-            u16::try_from(receiver.limit().ahead_of(*told)).unwrap_or(0) >= depth.div_ceil(2)
+            let half = receiver.capacity().div_ceil(2);
+            u16::try_from(receiver.limit().ahead_of(*told)).unwrap_or(0) >= half
         };
         self.control != 0 || self.receivers.iter().zip(&self.told).any(untold)
     }

@@ -1,6 +1,6 @@
 use super::buffers::{ARRIVED, RouterMemory, RouterSize, Slot};
 use super::packet::{Channel, LANES, Lane, PacketHeader};
-use super::port::{ASK, PASSED_MAX, TELL};
+use super::port::{ASK, PASSED_MAX, PortState, TELL};
 use super::{Arrival, CreditSender, Mesh, NodeId, Port, Sequence};
 use crate::store::{Arena, ArenaFull};
 
@@ -148,7 +148,13 @@ impl<'a> Router<'a> {
     #[must_use]
     pub fn is_ready(&self, port: Port) -> bool {
         let state = self.memory.ports.get(usize::from(port.0));
-        self.next_for(port).is_some() || state.is_some_and(|s| s.owes_credit(self.size.depth))
+        self.next_for(port).is_some() || state.is_some_and(PortState::owes_credit)
+    }
+
+    /// Greatest payload of a packet of a channel \[bytes\].
+    #[must_use]
+    pub fn payload_of(&self, channel: Channel) -> usize {
+        usize::from(self.size.payload_of(channel))
     }
 
     /// Packets that [`inject`](Self::inject) takes now.
@@ -168,7 +174,7 @@ impl<'a> Router<'a> {
         let Some((header, payload)) = PacketHeader::split(packet) else { return Received::Bad };
         let Some(lane) = Lane::from_u8(header.lane) else { return Received::Bad };
         let exists = self.mesh.contains(header.to());
-        if payload.len() > usize::from(self.size.payload)
+        if payload.len() > usize::from(self.size.payload_of(lane.channel()))
             || lane.class() >= self.size.classes
             || header.kind == PacketHeader::DATA && !exists
         {
@@ -240,7 +246,7 @@ impl<'a> Router<'a> {
     pub fn would_transmit(&self, port: Port) -> bool {
         let state = self.memory.ports.get(usize::from(port.0));
         let joined = self.mesh.neighbour(self.here, port).is_some();
-        let credit = || state.is_some_and(|state| state.owes_credit(self.size.depth));
+        let credit = || state.is_some_and(PortState::owes_credit);
         joined && (self.next_for(port).is_some() || credit())
     }
 
@@ -249,7 +255,7 @@ impl<'a> Router<'a> {
     pub fn remind(&mut self) -> bool {
         let mut any = false;
         for state in self.memory.ports.iter_mut().take(usize::from(self.size.ports)) {
-            if state.senders.iter().any(|sender| sender.available() < self.size.depth) {
+            if state.is_credit_out() {
                 state.control = ASK;
                 self.changed = u64::MAX;
                 any = true;
@@ -287,7 +293,8 @@ impl<'a> Router<'a> {
     /// Packets that the buffers of a port can hold.
     #[must_use]
     pub fn buffers(&self) -> u32 {
-        u32::from(self.size.depth).saturating_mul(self.size.lanes_used() as u32)
+        let depths = Channel::ALL.map(|channel| u32::from(self.size.depth_of(channel)));
+        depths.iter().sum::<u32>().saturating_mul(u32::from(self.size.classes.clamp(1, 2)))
     }
 
     /// Packets in all buffers.
@@ -324,7 +331,7 @@ impl<'a> Router<'a> {
 
     fn control(&mut self, port: Port, out: &mut [u8]) -> Option<usize> {
         let state = self.memory.ports.get_mut(usize::from(port.0))?;
-        if !state.owes_credit(self.size.depth) {
+        if !state.owes_credit() {
             return None;
         }
         let header = PacketHeader {
@@ -441,7 +448,7 @@ impl<'a> Router<'a> {
         };
         let depth = self.depth(queue);
         let fifo = self.memory.fifos.get(queue).copied().ok_or(Busy)?;
-        if usize::from(fifo.len) >= depth || payload.len() > usize::from(self.size.payload) {
+        if usize::from(fifo.len) >= depth || payload.len() > self.payload(queue) {
             return Err(Busy);
         }
         let place = (usize::from(fifo.first) + usize::from(fifo.len)).checked_rem(depth);
@@ -514,7 +521,7 @@ impl<'a> Router<'a> {
             }
             // Byte by byte: this is rare, and `copy_within` can panic where an index has 32 bits.
             let (from, to) = (self.bytes_at(queue, first), self.bytes_at(queue, last));
-            for i in 0..usize::from(self.size.payload) {
+            for i in 0..self.payload(queue) {
                 let byte = self.memory.bytes.get(from.saturating_add(i)).copied();
                 let place = self.memory.bytes.get_mut(to.saturating_add(i));
                 if let (Some(byte), Some(place)) = (byte, place) {
@@ -531,30 +538,21 @@ impl<'a> Router<'a> {
     /// Packets that a queue can hold.
     fn depth(&self, queue: usize) -> usize {
         let own = queue / LANES >= usize::from(self.size.ports);
-        usize::from(if own { self.size.own } else { self.size.depth })
+        let channel = queue_lane(queue).channel();
+        usize::from(if own { self.size.own } else { self.size.depth_of(channel) })
+    }
+
+    /// Greatest payload of the packets of a queue.
+    fn payload(&self, queue: usize) -> usize {
+        usize::from(self.size.payload_of(queue_lane(queue).channel()))
     }
 
     fn slot(&self, queue: usize, place: usize) -> usize {
-        self.index(queue, LANES, queue % LANES) + place
+        self.size.slots_before(queue) + place
     }
 
     fn bytes_at(&self, queue: usize, place: usize) -> usize {
-        let lane = queue_lane(queue);
-        let used = usize::from(self.size.classes.clamp(1, 2));
-        let lane = lane.channel() as usize * used + usize::from(lane.class()).min(used - 1);
-        (self.index(queue, self.size.lanes_used(), lane) + place) * usize::from(self.size.payload)
-    }
-
-    /// Packets of the queues before this one, which is this lane of so many; the node's own have one for each channel.
-    fn index(&self, queue: usize, lanes: usize, lane: usize) -> usize {
-        let (port, ports) = (queue / LANES, usize::from(self.size.ports));
-        let depth = usize::from(self.size.depth);
-        if port < ports {
-            (port * lanes + lane) * depth
-        } else {
-            let channel = queue_lane(queue).channel() as usize;
-            ports * lanes * depth + channel * usize::from(self.size.own)
-        }
+        self.size.bytes_before(queue) + place * self.payload(queue)
     }
 }
 
@@ -575,5 +573,5 @@ fn port_bit(port: u16) -> u64 {
 }
 
 fn queue_lane(queue: usize) -> Lane {
-    Lane::from_u8((queue % LANES) as u8).unwrap_or(Lane::ALL[0])
+    Lane::of_queue(queue)
 }

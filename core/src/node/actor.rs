@@ -126,7 +126,7 @@ impl<'a, W: World> Node<'a, W> {
             sums: arena.carve(pixels)?,
             fetches: arena.carve(plan.fetches)?,
             starved: false,
-            inbox: arena.carve(payload)?,
+            inbox: arena.carve(usize::from(plan.router.payload_of(Channel::Request)))?,
             inbox_at: 0,
             inbox_len: 0,
             inbox_from: NodeId(0),
@@ -269,11 +269,14 @@ impl<'a, W: World> Node<'a, W> {
 
     /// Whether a packet lies here that could be dealt with now.
     fn has_mail(&self) -> bool {
-        let request = self.inbox_at < self.inbox_len
-            || !self.serves.is_empty()
-            || self.router.arrived(Channel::Request).is_some();
-        self.router.arrived(Channel::Reply).is_some()
-            || request && self.outbox.has_room(&self.router, Channel::Reply)
+        let request = if self.inbox_at < self.inbox_len {
+            self.can_answer()
+        } else {
+            self.router.arrived(Channel::Request).is_some()
+        };
+        request
+            || self.router.arrived(Channel::Reply).is_some()
+            || !self.serves.is_empty() && self.outbox.has_room(&self.router, Channel::Reply)
     }
 
     fn lack(&self) -> Lack {

@@ -106,13 +106,20 @@ impl<W: World> Node<'_, W> {
     pub(super) fn requests(&mut self, now: Time, most: u32) {
         for _ in 0..most {
             self.serve(now);
-            if self.serves.is_full() || !self.outbox.has_room(&self.router, Channel::Reply) {
-                return;
-            }
-            if self.inbox_at >= self.inbox_len && !self.take_requests() {
+            if self.inbox_at >= self.inbox_len && !self.take_requests() || !self.can_answer() {
                 return;
             }
             self.request(now);
+        }
+    }
+
+    /// Whether there is room for what the next request in the inbox brings: of one for a block a place in the queue of those to be served, else
+    /// a reply.
+    pub(super) fn can_answer(&self) -> bool {
+        let rest = self.inbox.get(self.inbox_at..self.inbox_len).unwrap_or_default();
+        match Items::new(rest).next() {
+            Some(Message::Fetch { .. }) => !self.serves.is_full(),
+            _ => self.outbox.has_room(&self.router, Channel::Reply),
         }
     }
 

@@ -56,10 +56,11 @@ impl<'a> Outbox<'a> {
     ) -> bool {
         let (channel, priority) = (message.channel(), message.priority());
         let fits = |open: &Open| open.is(channel) && open.to == to.0 && open.priority == priority;
+        let payload = router.payload_of(channel);
         let mut found = None;
         for at in 0..self.open.len() {
             let Some(open) = self.open.get(at).copied().filter(fits) else { continue };
-            found = self.append(at, open, message);
+            found = self.append(at, open, message, payload);
             if found.is_none() && router.room(channel) > 0 {
                 // Full: it leaves, and makes place.
                 self.send(router, at, counts, work);
@@ -80,7 +81,7 @@ impl<'a> Outbox<'a> {
             };
             let state = channel as u8 + 1;
             let open = Open { since: now.0, to: to.0, len: 0, priority, state, _zero: [0; 2] };
-            found = self.append(at, open, message);
+            found = self.append(at, open, message, payload);
         }
         let Some(bytes) = found else { return false };
         counts.sent.note(message, bytes);
@@ -139,9 +140,15 @@ impl<'a> Outbox<'a> {
     }
 
     /// Writes a message behind those of a bundle: its length, if there is room.
-    fn append(&mut self, at: usize, mut open: Open, message: &Message<'_>) -> Option<usize> {
+    fn append(
+        &mut self,
+        at: usize,
+        mut open: Open,
+        message: &Message<'_>,
+        payload: usize,
+    ) -> Option<usize> {
         let begin = at.checked_mul(self.payload)?;
-        let room = self.bytes.get_mut(begin..)?.get_mut(..self.payload)?;
+        let room = self.bytes.get_mut(begin..)?.get_mut(..self.payload.min(payload))?;
         let before = usize::from(open.len);
         let len = write(room, before, message)?;
         open.len = len as u16;

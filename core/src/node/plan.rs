@@ -1,7 +1,7 @@
 use super::outbox::Open;
 use super::slots::{FetchSlot, RaySlot, Root, Serve, ShadowSlot};
 use super::{RayKind, Schedule};
-use crate::network::{Mesh, NodeId, RouterSize};
+use crate::network::{Channel, Mesh, NodeId, RouterSize};
 use crate::protocol::Item;
 use crate::shade::Sum;
 use crate::store::{
@@ -68,8 +68,10 @@ pub struct NodeNeeds {
 /// Least and greatest payload of a packet: a ray must fit, and a length 16 bits.
 pub(super) const PAYLOAD_MIN: usize = 256;
 pub(super) const PAYLOAD_MAX: usize = 16 << 10;
-/// Buffers of links take an eighth of the memory at most, if one packet in each takes less.
-const MESSAGES_PART: usize = 8;
+/// Buffers of links take a fifth of the memory at most, if one packet in each takes less.
+const MESSAGES_PART: usize = 5;
+/// Packets of the node's own a 32nd, beyond two.
+const OWN_PART: usize = 32;
 /// Of the rest frames get at least three quarters, or as many as there are blocks.
 const FRAMES_PART: [usize; 2] = [3, 4];
 /// How often the rays under way may be doubled: more of them want more blocks at a time than they hide latency.
@@ -140,17 +142,20 @@ impl NodePlan {
             0 => Self::packet(memory, needs.block_bytes),
             bytes => bytes.clamp(Self::packet_min(needs.block_bytes), PAYLOAD_MAX),
         };
-        let router = |depth| RouterSize::new(&needs.mesh, needs.here, depth, payload as u16);
-        // Two packets keep a link busy; four are of use where they cost little.
-        let fits = |depth: &u16| router(*depth).bytes() <= memory / MESSAGES_PART;
+        let router = |here, depth| RouterSize::new(&needs.mesh, here, depth, payload as u16);
+        // Two packets keep a link busy; four are of use where they cost little. Both ends of a link must agree: the node that the host
+        // is joined to has the most ports.
+        let fits = |depth: &u16| router(NodeId(0), *depth).bytes() <= memory / MESSAGES_PART;
         let depth = match needs.depth {
             0 => [4, 2].into_iter().find(fits).unwrap_or(1),
             depth => depth,
         };
+        let router = router(needs.here, depth);
+        let own = (memory / OWN_PART).checked_div(payload).unwrap_or(0).clamp(2, 255) as u16;
         let remote = usize::from(needs.remote > 0);
         Self {
             // What a step makes leaves while the next is taken.
-            router: router(depth).with_own(if step == 0 { 1 } else { 2 << step.min(3) }),
+            router: router.with_own(if step == 0 { 1 } else { own.min(2 << step.min(3)) }),
             bundles: if step == 0 { 2 } else { 2_usize.saturating_add(step as usize) },
             rays,
             shadows: match (shadows_migrate, step) {
@@ -226,7 +231,7 @@ impl NodePlan {
             self.router.arena_bytes(),
             Arena::bytes_of::<Open>(self.bundles),
             Arena::bytes_of::<u8>(self.bundles.saturating_mul(self.payload())),
-            Arena::bytes_of::<u8>(self.payload()),
+            Arena::bytes_of::<u8>(usize::from(self.router.payload_of(Channel::Request))),
             Arena::bytes_of::<Serve>(self.serves),
         ]);
         let fetches = Arena::bytes_of::<FetchSlot>(self.fetches);

@@ -162,7 +162,7 @@ fn run_with_work(
 }
 
 fn letter(at: u64, from: u16, to: u16, len: u16) -> Letter {
-    Letter { at, from, to, channel: Channel::Request, len }
+    Letter { at, from, to, channel: Channel::Reply, len }
 }
 
 #[test]
@@ -274,8 +274,10 @@ fn letters(nodes: u32) -> impl Strategy<Value = Vec<Letter>> {
     let place = move || (0..=nodes).prop_map(move |p| if p == nodes { HOST.0 } else { p as u16 });
     let letter = (0_u64..100_000, place(), place(), any::<bool>(), 4..=PAYLOAD);
     let letter = letter.prop_map(|(at, from, to, reply, len)| {
-        let channel = if reply { Channel::Reply } else { Channel::Request };
-        Letter { at, from, to, channel, len }
+        // A packet of requests is shorter.
+        let (channel, most) =
+            if reply { (Channel::Reply, PAYLOAD) } else { (Channel::Request, 512) };
+        Letter { at, from, to, channel, len: len.min(most) }
     });
     prop::collection::vec(letter, 1..300)
 }

@@ -32,7 +32,7 @@ impl Router<'_> {
     fn turn_round(&mut self, queue: usize) {
         let depth = self.depth(queue);
         let (slots, bytes) = (self.slot(queue, 0), self.bytes_at(queue, 0));
-        let payload = usize::from(self.size.payload);
+        let payload = self.payload(queue);
         self.memory.slots[slots..slots + depth].rotate_left(1);
         self.memory.bytes[bytes..bytes + depth * payload].rotate_left(payload);
         self.memory.fifos[queue].first -= 1;
@@ -57,8 +57,8 @@ impl Router<'_> {
 
     /// Whether credit has not come back, apart from that of buffers at ports without a link.
     pub(crate) fn is_credit_out(&self) -> bool {
-        let ports = self.memory.ports.iter().take(self.size.ports.into());
-        ports.flat_map(|port| &port.senders).any(|sender| sender.available() < self.size.depth)
+        let mut ports = self.memory.ports.iter().take(self.size.ports.into());
+        ports.any(super::PortState::is_credit_out)
     }
 
     /// Whether what leaves by a port next is credit without data.
