@@ -9,3 +9,12 @@ fn every_run_ends_with_the_same_bits_or_names_a_lost_block() {
         panic!("{failure}");
     }
 }
+
+/// Few tiles, the first of which waited for three dead nodes of a slow machine: what else they took with them is given again in time.
+#[test]
+fn few_tiles_of_a_slow_machine_are_given_again_in_time() {
+    let scenes = Scenes::new().unwrap();
+    if let Err(failure) = all(&scenes, 1, 8481..8482, 1, &|| ()) {
+        panic!("{failure}");
+    }
+}

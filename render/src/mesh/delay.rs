@@ -31,11 +31,14 @@ impl Delay {
 
     /// What is out for longer than this, given `times` times by now, is overdue: twice the mean, and a margin of four deviations,
     /// or more of them as long as few tiles tell; twice as much each time.
+    ///
+    /// Not many more: the first tiles may have waited for nodes that had died, and then all that those took with them would
+    /// be given again after so many times that wait.
     pub(super) fn limit(&self, times: u32) -> Time {
         let once = if self.samples == 0 {
             FIRST.0
         } else {
-            let deviations = 4 + 4 * SAMPLES / self.samples;
+            let deviations = 4 + SAMPLES / self.samples;
             let margin = self.deviation.saturating_mul(deviations);
             self.mean.saturating_mul(2).saturating_add(margin) as u64
         };
@@ -52,8 +55,8 @@ mod tests {
         let mut delay = Delay::default();
         assert_eq!(delay.limit(1), FIRST);
         delay.note(Time(1000));
-        // 68 deviations of a half.
-        assert_eq!(delay.limit(1), Time(36_000));
+        // 20 deviations of a half.
+        assert_eq!(delay.limit(1), Time(12_000));
         for _ in 0..300 {
             delay.note(Time(1000));
         }

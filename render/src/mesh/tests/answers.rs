@@ -158,7 +158,7 @@ fn nearly_done() -> Ledger {
 fn overdue_tiles_go_to_others_oldest_first_and_after_twice_as_long_each_time() {
     let mut ledger = nearly_done();
     // The deviation began at half a millisecond, and 11 samples without any have brought it down to about .25.
-    let limit = 2 * MS + (4 + 4 * 16 / 12) * MS / 4;
+    let limit = 2 * MS + (4 + 16 / 12) * MS / 4;
     let (_, count, wait) = ask(&mut ledger, 15 * MS, B, 1, 1);
     assert_eq!(count, 0);
     // Tile 12 was given at 12 ms; the wait ends when it is overdue, or sooner, to ask whether tiles have been quicker.
