@@ -264,25 +264,6 @@ impl<'a> Router<'a> {
         any
     }
 
-    /// Drops all packets for a node that is known to be dead, and gives their credit back.
-    pub fn forget(&mut self, dead: NodeId) -> u32 {
-        let mut dropped = 0;
-        self.changed = u64::MAX;
-        for queue in 0..self.size.queues() {
-            let len = self.memory.fifos.get(queue).map_or(0, |fifo| fifo.len);
-            for _ in 0..len {
-                let Some(slot) = self.slot_at_head(queue) else { break };
-                if slot.to == dead.0 {
-                    self.pop(queue);
-                    dropped += 1;
-                } else {
-                    self.rotate(queue);
-                }
-            }
-        }
-        dropped
-    }
-
     /// Most packets that the buffers of a port ever held, lane by lane. The port after the last stands for the node's own packets.
     #[must_use]
     pub fn peak(&self, port: Port) -> u32 {
@@ -505,36 +486,6 @@ impl<'a> Router<'a> {
         }
     }
 
-    /// Puts the head of a queue at its end.
-    fn rotate(&mut self, queue: usize) {
-        let depth = self.depth(queue);
-        let Some(fifo) = self.memory.fifos.get(queue).copied().filter(|f| f.len > 0) else {
-            return;
-        };
-        let (first, len) = (usize::from(fifo.first), usize::from(fifo.len));
-        let Some(last) = (first + len).checked_rem(depth) else { return };
-        if last != first {
-            let (from, to) = (self.slot(queue, first), self.slot(queue, last));
-            let slot = self.memory.slots.get(from).copied();
-            if let (Some(slot), Some(place)) = (slot, self.memory.slots.get_mut(to)) {
-                *place = slot;
-            }
-            // Byte by byte: this is rare, and `copy_within` can panic where an index has 32 bits.
-            let (from, to) = (self.bytes_at(queue, first), self.bytes_at(queue, last));
-            for i in 0..self.payload(queue) {
-                let byte = self.memory.bytes.get(from.saturating_add(i)).copied();
-                let place = self.memory.bytes.get_mut(to.saturating_add(i));
-                if let (Some(byte), Some(place)) = (byte, place) {
-                    *place = byte;
-                }
-            }
-        }
-        if let Some(fifo) = self.memory.fifos.get_mut(queue) {
-            fifo.first = (first + 1).checked_rem(depth).unwrap_or(0) as u8;
-        }
-        self.note_head(queue);
-    }
-
     /// Packets that a queue can hold.
     fn depth(&self, queue: usize) -> usize {
         let own = queue / LANES >= usize::from(self.size.ports);
@@ -565,6 +516,7 @@ struct Sent {
     in_turn: bool,
 }
 
+mod gone;
 #[cfg(test)]
 mod state;
 

@@ -237,6 +237,70 @@ fn packets_for_the_dead_are_dropped_and_their_buffers_free() {
 }
 
 #[test]
+fn a_link_to_a_new_router_has_all_its_credit() {
+    let mesh = Mesh::new(Topology::parse("line", 3).unwrap());
+    let mut memory = Memory::new(&mesh, 2);
+    let mut another = Memory::new(&mesh, 2);
+    let mut network = Network::new(mesh, &mut memory, 0);
+    let ends = [NodeId(0), NodeId(1)].map(|node| {
+        let leads = |port: &u16| mesh.neighbour(node, Port(*port)) == Some(NodeId(1 - node.0));
+        (node, Port((0..mesh.ports(node)).find(leads).unwrap()))
+    });
+    let mut out = [0; PacketHeader::BYTES + PAYLOAD as usize];
+    // Two packets lie at node 1, one of them for node 2; node 0 has no credit left.
+    for to in [1, 2] {
+        network.router(NodeId(0)).inject(NodeId(to), Channel::Request, 1, b"old").unwrap();
+    }
+    for _ in 0..2 {
+        let len = network.router(NodeId(0)).transmit(ends[0].1, &mut out).unwrap();
+        let received = network.router(NodeId(1)).receive(ends[1].1, &out[..len], |_| false);
+        assert_eq!(received, Received::Buffered);
+    }
+    let Lent { size, chunks } = &mut another.0[0];
+    let mut arena = Arena::new(chunks);
+    network.routers[0] = Router::new(&mut arena, mesh, NodeId(0), *size).unwrap();
+    network.router(NodeId(1)).renew(ends[1].1);
+    assert_eq!(network.router(NodeId(1)).buffered(), 0);
+    // Both ends have all their credit, and what they send finds room.
+    for ((from, by), (to, back)) in [(ends[0], ends[1]), (ends[1], ends[0])] {
+        for channel in Channel::ALL {
+            for _ in 0..2 {
+                network.router(from).inject(to, channel, 1, b"new").unwrap();
+                let len = network.router(from).transmit(by, &mut out).unwrap();
+                let received = network.router(to).receive(back, &out[..len], |_| false);
+                assert_eq!(received, Received::Buffered);
+            }
+            assert_eq!(network.router(to).arrived(channel), Some((from, &b"new"[..])));
+        }
+    }
+}
+
+#[test]
+fn what_was_to_leave_by_a_link_that_is_gone_is_dropped() {
+    let mesh = Mesh::new(Topology::parse("line", 3).unwrap());
+    let mut memory = Memory::new(&mesh, 2);
+    let mut network = Network::new(mesh, &mut memory, 0);
+    let port = |node, to| {
+        let leads = |port: &u16| mesh.neighbour(NodeId(node), Port(*port)) == Some(NodeId(to));
+        Port((0..mesh.ports(NodeId(node))).find(leads).unwrap())
+    };
+    let mut out = [0; PacketHeader::BYTES + PAYLOAD as usize];
+    // From node 0 to node 2, which is gone, and behind it one that stays at node 1.
+    for to in [2, 1] {
+        network.router(NodeId(0)).inject(NodeId(to), Channel::Request, 1, b"passes").unwrap();
+        let len = network.router(NodeId(0)).transmit(port(0, 1), &mut out).unwrap();
+        network.router(NodeId(1)).receive(port(1, 0), &out[..len], |_| false);
+    }
+    let router = network.router(NodeId(1));
+    router.inject(NodeId(2), Channel::Request, 1, b"mine").unwrap();
+    assert_eq!(router.arrived(Channel::Request), None);
+    assert_eq!(router.cut(port(1, 2)), 2);
+    assert_eq!(router.cut(port(1, 2)), 0);
+    assert_eq!(router.arrived(Channel::Request), Some((NodeId(0), &b"passes"[..])));
+    assert_eq!((router.buffered(), router.transmit(port(1, 2), &mut out)), (1, None));
+}
+
+#[test]
 fn what_is_held_leaves_when_it_is_released() {
     let mesh = Mesh::new(Topology::parse("line", 2).expect("a shape that exists"));
     let mut memory = Memory::new(&mesh, 3);

@@ -63,6 +63,8 @@ fn router(mesh: Mesh, memory: &mut [Chunk]) {
         black_box(router.receive(Port(any()), any_bytes(), |node| node.0 == any::<u16>()));
         black_box(router.transmit(Port(any()), any_room(&mut [0; 64])));
         black_box((router.forget(NodeId(any())), router.buffered()));
+        black_box(router.cut(Port(any())));
+        router.renew(Port(any()));
         black_box((router.remind(), router.peak(Port(any())), router.buffers()));
         black_box((router.take_changed(), router.take_news(), router.is_ready(Port(any()))));
         router.discard();
