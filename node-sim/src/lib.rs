@@ -7,9 +7,9 @@
 
 mod check;
 mod error;
-mod layout;
 mod options;
 mod outcome;
+mod pace;
 mod plan;
 mod profile;
 mod report;

@@ -1,10 +1,10 @@
 use kiloray_core::block::KiloView;
-use kiloray_core::network::{Mesh, NodeId};
+use kiloray_core::network::NodeId;
 use kiloray_core::node::NodePlan;
 use kiloray_core::store::{Budget, BudgetError};
 
 use crate::check::check;
-use crate::layout::Layout;
+use crate::pace::layout;
 use crate::{Error, Options};
 
 /// How a run would be divided: blocks among nodes, and the memory of each.
@@ -33,14 +33,11 @@ pub struct NodeShare {
 /// [`Error`]: for what cannot begin.
 pub fn plan(file: &KiloView<'_>, options: &Options) -> Result<MeshPlan, Error> {
     check(options)?;
-    let mesh = Mesh::new(options.topology);
-    let (least, short) = least(file, options, &mesh)?;
-    let layout = Layout::new(file, options, &mesh).map_err(|error| match (error, short) {
+    let (least, short) = least(file, options)?;
+    let layout = layout(file, options).map_err(|error| match short {
         // What is needed in the end, as a little more memory alone may bring greater tiles.
-        (Error::Budget(_), Some(short)) => {
-            Error::Budget(BudgetError { memory: options.memory, ..short })
-        }
-        (error, _) => error,
+        Some(short) => BudgetError { memory: options.memory, ..short },
+        None => error,
     })?;
     let nodes =
         layout.plans.iter().zip(&layout.budgets).zip(0..).map(|((&plan, &budget), node)| {
@@ -50,18 +47,14 @@ pub fn plan(file: &KiloView<'_>, options: &Options) -> Result<MeshPlan, Error> {
 }
 
 /// The least memory that works, and what is needed where there is less: from nothing up, each that is too small names what it needs.
-fn least(
-    file: &KiloView<'_>,
-    options: &Options,
-    mesh: &Mesh,
-) -> Result<(usize, Option<BudgetError>), Error> {
+fn least(file: &KiloView<'_>, options: &Options) -> Result<(usize, Option<BudgetError>), Error> {
     let (mut memory, mut short) = (0, None);
     loop {
-        match Layout::new(file, &Options { memory, ..options.clone() }, mesh) {
-            Err(Error::Budget(error)) if error.need() > memory => {
+        match layout(file, &Options { memory, ..options.clone() }) {
+            Err(error) if error.need() > memory => {
                 (memory, short) = (error.need(), Some(error));
             }
-            other => return other.map(|_| (memory, short)),
+            other => return Ok(other.map(|_| (memory, short))?),
         }
     }
 }

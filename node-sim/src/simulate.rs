@@ -8,11 +8,11 @@ use kiloray_core::render::{Neighbours, Tiling};
 use kiloray_core::shade::{Shader, Tables};
 use kiloray_core::store::{Arena, ArenaFull, CHUNK_BYTES, Chunk};
 use kiloray_core::view::Camera;
-use kiloray_render::Ledger;
+use kiloray_render::{Ledger, MeshLayout};
 use kiloray_simd::Auto;
 
 use crate::check::check;
-use crate::layout::Layout;
+use crate::pace::layout;
 use crate::run::{Actor, Run, RunSettings};
 use crate::{
     Control, Error, LineReport, MeshReport, NodeReport, Options, Outcome, Report, Status, Totals,
@@ -41,7 +41,7 @@ pub fn simulate(
     }
     let camera = Camera::new(&options.view, width, height).ok_or(Error::View)?;
     let mesh = Mesh::new(options.topology);
-    let layout = Layout::new(file, options, &mesh)?;
+    let layout = layout(file, options)?;
     let shader = Shader::new(Tables::of(file), options.settings);
     let tiling = Tiling::new(width, height, layout.side());
     // Nodes take their steps one after the other, so that all have the same room.
@@ -182,7 +182,7 @@ fn report<W: World>(
     run: &mut SimulatedRun<'_, W>,
     options: &Options,
     mesh: &Mesh,
-    layout: &Layout,
+    layout: &MeshLayout,
 ) -> Report {
     let slow = |node: u16| {
         let slow = options.faults.slow.iter().rfind(|slow| slow.node.0 == node);

@@ -22,6 +22,6 @@ mod tests;
 
 pub use error::Error;
 pub use job::{Control, Rendered, Report, plan, render};
-pub use mesh::{Ledger, LedgerCounts};
+pub use mesh::{Ledger, LedgerCounts, MeshLayout, MeshOptions};
 pub use options::{Lanes, Options};
 pub use picture::Picture;

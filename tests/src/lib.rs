@@ -1,6 +1,7 @@
 //! Behaviour across crates, oracles, and benchmarks against peers.
 
 pub mod export;
+pub mod kills;
 pub mod nothing_lost;
 pub mod oracle;
 pub mod stress;

@@ -1,27 +1,22 @@
 use std::{fmt, str::FromStr};
 
 use clap::{ArgMatches, Args, ValueEnum, parser::ValueSource};
-use kiloray_core::network::{NODES_MAX, Topology};
+use kiloray_core::network::NODES_MAX;
 use serde::Serialize;
 
 use super::{
+    Division,
     options::whole,
     size::parse_bytes,
     units::{Part, parse_part, parse_rate, parse_time},
 };
 
-/// Nodes where neither their number nor sizes of the topology are given.
-const NODES: u32 = 64;
-
 /// Options of a simulated mesh.
 #[derive(Debug, Clone, Args, Serialize)]
 pub(crate) struct Mesh {
-    /// How many nodes [default: as the sizes of the topology say, else 64]
-    #[arg(long, value_name = "N", value_parser = nodes, allow_hyphen_values = true, help_heading = "Mesh")]
-    pub(crate) nodes: Option<u32>,
-    /// Who is next to whom: line, ring, mesh, torus (mesh:8x4, torus:4x4x4), hypercube, tree, tree:ARITY, full [default: torus, nearly square]
-    #[arg(long, value_name = "T", help_heading = "Mesh")]
-    pub(crate) topology: Option<String>,
+    #[command(flatten)]
+    #[serde(flatten)]
+    pub(crate) division: Division,
     /// How fast a node is
     #[arg(long, value_name = "P", value_enum, default_value_t = Profile::Pc, help_heading = "Mesh")]
     pub(crate) profile: Profile,
@@ -32,41 +27,12 @@ pub(crate) struct Mesh {
     #[arg(long, help_heading = "Mesh")]
     pub(crate) owned_in_arena: bool,
 
-    /// Which rays fetch blocks, and which go to them: hybrid (only specular rays go), demand (all fetch), data (all go)
-    #[arg(long, value_name = "S", value_enum, default_value_t = Schedule::Hybrid, help_heading = "Work")]
-    pub(crate) schedule: Schedule,
-    /// How many blocks are fetched ahead for a bundle of shadow rays: all that its pyramid touches, the K nearest, or none [default: 0]
-    #[arg(long, value_name = "all|K|0", allow_hyphen_values = true, help_heading = "Work")]
-    pub(crate) prefetch: Option<Prefetch>,
-    /// Which of the waiting rays goes on first: in the order made, or as their blocks arrive; 'made' is not there yet, and does as 'ready'
-    #[arg(long, value_name = "O", value_enum, help_heading = "Work")]
-    pub(crate) task_order: Option<TaskOrder>,
-    /// Side of a tile, the unit in which pixels are handed out [default: by picture, nodes and memory]
-    #[arg(long, value_name = "PIXELS", value_parser = tile, allow_hyphen_values = true, help_heading = "Work")]
-    pub(crate) tile: Option<u32>,
-    /// Refusals of a ray after which the node that sent it runs it itself
-    #[arg(long, value_name = "K", value_parser = refusals, allow_hyphen_values = true, help_heading = "Work")]
-    pub(crate) refusals: Option<u32>,
-
-    /// Which node owns which blocks: subtrees of equal bytes, or each block in turn
-    #[arg(long, value_name = "P", value_enum, default_value_t = Placement::Subtrees, help_heading = "Data")]
-    pub(crate) placement: Placement,
-    /// How much of the top of the tree lies with every node: bytes (16KiB) or a number of blocks
-    #[arg(long, value_name = "SIZE|N", allow_hyphen_values = true, help_heading = "Data")]
-    pub(crate) top: Option<Top>,
-    /// Copies of each block in all; the picture survives K - 1 crashes
-    #[arg(long, value_name = "K", default_value_t = 1, value_parser = replicas, allow_hyphen_values = true, help_heading = "Data")]
-    pub(crate) block_replicas: u32,
-
     /// Bandwidth of a link, each way, as in 1GB/s or 20Mbit/s [default: 1GB/s]
     #[arg(long, value_name = "RATE", value_parser = parse_rate, allow_hyphen_values = true, help_heading = "Links")]
     pub(crate) link_bandwidth: Option<u64>,
     /// Time of a byte over a link, as in 1us [default: 1us]
     #[arg(long, value_name = "TIME", value_parser = parse_time, allow_hyphen_values = true, help_heading = "Links")]
     pub(crate) link_latency: Option<u64>,
-    /// Greatest packet with its header
-    #[arg(long, value_name = "SIZE", value_parser = packet, allow_hyphen_values = true, help_heading = "Links")]
-    pub(crate) packet: Option<u32>,
     /// Whether a router waits for a whole packet (store) or passes on its head at once (cut)
     #[arg(long, value_name = "S", value_enum, help_heading = "Links")]
     pub(crate) switching: Option<Switching>,
@@ -85,41 +51,11 @@ pub(crate) struct Mesh {
     pub(crate) crash: Vec<Crash>,
 }
 
-impl Mesh {
-    /// The topology, by what is given of the two.
-    pub(crate) fn topology(&self) -> Result<Topology, String> {
-        let name = self.topology.as_deref().unwrap_or("torus");
-        let nodes = self.nodes.or_else(|| product(name)).unwrap_or(NODES);
-        Topology::parse(name, nodes).map_err(|error| match &self.topology {
-            Some(given) => format!("--topology {given} for {nodes} nodes: {error}"),
-            None => format!("--nodes {nodes}: {error}"),
-        })
-    }
-
-    /// What the report calls the topology: with its sizes.
-    pub(crate) fn topology_name(&self, topology: &Topology) -> String {
-        let name = self.topology.as_deref().unwrap_or("torus");
-        match topology {
-            Topology::Grid(grid) if matches!(name, "mesh" | "torus") => {
-                let sizes: Vec<_> = grid.sizes().map(|s| s.to_string()).collect();
-                format!("{name}:{}", sizes.join("x"))
-            }
-            _ => name.to_owned(),
-        }
-    }
-}
-
 /// Whether any option of a mesh was typed.
 pub(super) fn is_typed(matches: &ArgMatches) -> bool {
     let mesh = Mesh::augment_args(clap::Command::new("mesh"));
     mesh.get_arguments()
         .any(|a| matches.value_source(a.get_id().as_str()) == Some(ValueSource::CommandLine))
-}
-
-/// Nodes by the sizes after the name of a grid.
-fn product(name: &str) -> Option<u32> {
-    let (_, sizes) = name.split_once(':').filter(|(name, _)| matches!(*name, "mesh" | "torus"))?;
-    sizes.split('x').try_fold(1_u32, |n, size| n.checked_mul(size.parse().ok()?))
 }
 
 /// How fast a node is.
@@ -304,11 +240,11 @@ pub(super) fn node(text: &str) -> Result<u16, String> {
     whole(text, 0, NODES_MAX - 1).map(|node| node as u16)
 }
 
-fn tile(text: &str) -> Result<u32, String> {
+pub(super) fn tile(text: &str) -> Result<u32, String> {
     whole(text, 1, 1024)
 }
 
-fn refusals(text: &str) -> Result<u32, String> {
+pub(super) fn refusals(text: &str) -> Result<u32, String> {
     whole(text, 1, 255)
 }
 
@@ -316,7 +252,7 @@ pub(super) fn replicas(text: &str) -> Result<u32, String> {
     whole(text, 1, NODES_MAX)
 }
 
-fn packet(text: &str) -> Result<u32, String> {
+pub(super) fn packet(text: &str) -> Result<u32, String> {
     let wrong = "a packet has 128B to 64KiB";
     parse_bytes(text).and_then(|bytes| u32::try_from(bytes).map_err(|_| wrong.into())).and_then(
         |bytes| if (128..=65_536).contains(&bytes) { Ok(bytes) } else { Err(wrong.into()) },
@@ -345,13 +281,5 @@ mod tests {
         assert_eq!("5".parse(), Ok(Top::Blocks(5)));
         assert_eq!(Top::Bytes(16_384).blocks(4096), 4);
         assert!("many".parse::<Top>().is_err());
-    }
-
-    #[test]
-    fn sizes_of_a_topology_give_the_nodes() {
-        assert_eq!(
-            ["torus:8x8", "mesh:3x3x3", "ring", "tree:3", "mesh:x"].map(product),
-            [Some(64), Some(27), None, None, None]
-        );
     }
 }

@@ -1,6 +1,7 @@
 //! What can be typed.
 
 mod axis;
+mod division;
 mod mesh;
 mod options;
 mod parse;
@@ -12,6 +13,7 @@ use std::path::PathBuf;
 
 pub(crate) use axis::{Axis, point, scale};
 use clap::{Args, Parser, Subcommand, ValueEnum, ValueHint};
+pub(crate) use division::Division;
 pub(crate) use mesh::{Mesh, Placement, Prefetch, Profile, Schedule, Switching, TaskOrder};
 pub(crate) use options::{Bounds, Common, Exposure, ViewChoice};
 pub(crate) use parse::{command, parse};
@@ -49,6 +51,22 @@ pub(crate) enum Command {
         mut_arg("threads", |arg| arg.help(text::SIM_THREADS))
     )]
     Sim(Box<Sim>),
+    /// Render a scene on a mesh of processes, one for each node, on this machine
+    #[cfg(feature = "host")]
+    #[command(
+        after_help = text::HOST,
+        args_override_self = true,
+        mut_arg("memory", |arg| arg.help(text::NODE_MEMORY)),
+        mut_arg("nodes", |arg| arg.help(text::HOST_NODES)),
+        mut_arg("topology", |arg| arg.help(text::HOST_TOPOLOGY)),
+        mut_arg("threads", |arg| arg.hide(true)),
+        mut_arg("report", |arg| arg.hide(true))
+    )]
+    Host(Box<Host>),
+    /// Be one node of a mesh of processes
+    #[cfg(feature = "host")]
+    #[command(after_help = text::NODE, args_override_self = true)]
+    Node(Node),
     /// Simulate every combination of some options: a table, plots and a page
     #[command(
         after_help = text::SWEEP,
@@ -117,6 +135,39 @@ pub(crate) struct Sim {
     /// Leave out the one-node run that efficiency is measured against
     #[arg(long, help_heading = "Report")]
     pub(crate) no_baseline: bool,
+}
+
+/// `kiloray host`.
+#[cfg(feature = "host")]
+#[derive(Debug, Args)]
+pub(crate) struct Host {
+    #[command(flatten)]
+    pub(crate) scene: Scene,
+    /// The picture: .png (for the eye), .hdr or .exr (linear radiance); default: the scene's name and .png
+    #[arg(short, long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    pub(crate) output: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) division: Division,
+    #[command(flatten)]
+    pub(crate) common: Common,
+}
+
+/// `kiloray node`.
+#[cfg(feature = "host")]
+#[derive(Debug, Args)]
+pub(crate) struct Node {
+    /// The configuration of the mesh, the same for all its nodes
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    pub(crate) config: PathBuf,
+    /// Which of its nodes
+    #[arg(long, value_name = "N", value_parser = mesh::node, allow_hyphen_values = true)]
+    pub(crate) node: u16,
+    /// Which of the processes that are there one after the other [default: by chance]
+    #[arg(long, value_name = "N", hide = true)]
+    pub(crate) incarnation: Option<u32>,
+    /// End with the process at the other end of the standard input.
+    #[arg(long, hide = true)]
+    pub(crate) tied: bool,
 }
 
 /// `kiloray sweep`.

@@ -13,6 +13,7 @@ Examples:
   kiloray render sinc:1000 --memory 64KiB          two million triangles in 64 KiB
   kiloray sim glass --nodes 64 --topology torus:8x8 --memory 64KiB --report page
   kiloray sweep glass --over nodes=1..256 -o speed-up
+  kiloray host glass --nodes 8                     the same on real processes
   kiloray board glass --qemu 4                     four Cortex-M boards, emulated
   kiloray compare reference.exr room.exr -o difference.png
 
@@ -77,6 +78,37 @@ Memory of each node for all that it holds, as in 64KiB; the blocks it owns are r
 
 pub(super) const SIM_THREADS: &str = "\
 1: the one node that efficiency is measured against runs after the mesh, not at the same time";
+
+#[cfg(feature = "host")]
+pub(super) const HOST: &str = "\
+Examples:
+  kiloray host cornell                             a process for each processor of this machine
+  kiloray host glass --nodes 8 --memory 64KiB -o glass.exr
+  kiloray host room.kilo --nodes 16 --topology torus:4x4 --block-replicas 2 --json run.json
+
+Each process is a real node: it has --memory for all that it holds, maps the compiled scene, and reads
+the blocks of its share; all else comes over its links, which are sockets that only you can open. The
+pixels are those of 'kiloray render', to the bit. A process that dies or freezes is replaced, and costs time
+alone; all end with this command.
+
+The --json fields are those of 'kiloray sim', with times of the clock in place of virtual ones.";
+
+#[cfg(feature = "host")]
+pub(super) const HOST_NODES: &str =
+    "How many nodes [default: as the sizes of the topology say, else one for each processor]";
+
+#[cfg(feature = "host")]
+pub(super) const HOST_TOPOLOGY: &str = "\
+Who is next to whom: line, ring, mesh, torus (mesh:8x4, torus:4x4x4), hypercube, tree, tree:ARITY, full \
+[default: full up to 16 nodes, then torus]";
+
+#[cfg(feature = "host")]
+pub(super) const NODE: &str = "\
+Examples:
+  kiloray node --config mesh.toml --node 3
+
+It listens at its address in the configuration, connects to its neighbours, works for the host when there is
+one, reports to it, and ends.";
 
 pub(super) const SWEEP_THREADS: &str = "Points that are simulated at once [default: all cores]";
 

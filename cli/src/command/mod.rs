@@ -4,8 +4,13 @@ mod board;
 mod compare;
 mod compile;
 mod completions;
+mod division;
 mod engine;
+#[cfg(feature = "host")]
+mod host;
 mod html;
+#[cfg(feature = "host")]
+mod node;
 mod plan;
 mod render;
 mod report;
@@ -25,6 +30,10 @@ pub(crate) fn run(arguments: Arguments) -> Outcome {
         None => welcome::run(),
         Some(Command::Render(render)) => render::run(&render),
         Some(Command::Sim(sim)) => sim::run(&sim),
+        #[cfg(feature = "host")]
+        Some(Command::Host(host)) => host::run(&host),
+        #[cfg(feature = "host")]
+        Some(Command::Node(node)) => node::run(&node),
         Some(Command::Sweep(sweep)) => sweep::run(&sweep),
         Some(Command::Board(board)) => board::run(&board),
         Some(Command::Compile(compile)) => compile::run(&compile),

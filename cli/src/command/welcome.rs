@@ -45,6 +45,6 @@ mod tests {
         assert!(sim.output.is_some() && sim.common.report.is_some());
         let scene = sim.scene.scenes[0].to_str().expect("a name");
         assert!(kiloray_scene::builtin::find(scene).is_ok());
-        assert_eq!(sim.mesh.topology().map(|t| t.nodes()), Ok(64));
+        assert_eq!(sim.mesh.division.topology().map(|t| t.nodes()), Ok(64));
     }
 }

@@ -2,6 +2,8 @@
 
 mod compare;
 mod compile;
+#[cfg(feature = "host")]
+mod host;
 mod page;
 mod plan;
 mod render;

@@ -4,7 +4,7 @@ use crate::store::CacheCounts;
 
 /// What a node did so far.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Counts {
     /// Rays traced, and what was skipped.
     pub shade: shade::Counts,
@@ -50,9 +50,48 @@ pub struct Counts {
     pub tiles_peak: u32,
 }
 
+impl Counts {
+    /// Adds what another node did. Of peaks the greater is kept.
+    pub fn add(&mut self, other: &Self) {
+        self.shade.add(&other.shade);
+        for (sum, other) in [
+            (&mut self.cache.hits, other.cache.hits),
+            (&mut self.cache.misses, other.cache.misses),
+            (&mut self.cache.evictions, other.cache.evictions),
+            (&mut self.cache.fetched, other.cache.fetched),
+            (&mut self.tiles, other.tiles),
+            (&mut self.packets, other.packets),
+            (&mut self.migrated, other.migrated),
+            (&mut self.visitors, other.visitors),
+            (&mut self.refused, other.refused),
+            (&mut self.run_at_home, other.run_at_home),
+            (&mut self.rays_again, other.rays_again),
+            (&mut self.fetches_again, other.fetches_again),
+            (&mut self.tiles_again, other.tiles_again),
+            (&mut self.unasked, other.unasked),
+            (&mut self.damaged, other.damaged),
+            (&mut self.blocks_refused, other.blocks_refused),
+            (&mut self.stalls, other.stalls),
+        ] {
+            *sum = sum.saturating_add(other);
+        }
+        self.sent.add(&other.sent);
+        self.received.add(&other.received);
+        self.cache.frames_peak = self.cache.frames_peak.max(other.cache.frames_peak);
+        for (peak, other) in [
+            (&mut self.rays_peak, other.rays_peak),
+            (&mut self.shadows_peak, other.shadows_peak),
+            (&mut self.visitors_peak, other.visitors_peak),
+            (&mut self.tiles_peak, other.tiles_peak),
+        ] {
+            *peak = other.max(*peak);
+        }
+    }
+}
+
 /// Messages by kind.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Kinds {
     /// [`Message::Fetch`].
     pub fetch: Kind,
@@ -68,9 +107,39 @@ pub struct Kinds {
     pub refusal: Kind,
 }
 
+impl Kinds {
+    /// Each with its name.
+    #[must_use]
+    pub const fn named(&self) -> [(&'static str, Kind); 6] {
+        let Self { fetch, part, tile, ray, answer, refusal } = *self;
+        [
+            ("fetch", fetch),
+            ("part", part),
+            ("tile", tile),
+            ("ray", ray),
+            ("answer", answer),
+            ("refusal", refusal),
+        ]
+    }
+
+    fn add(&mut self, other: &Self) {
+        for (sum, other) in [
+            (&mut self.fetch, other.fetch),
+            (&mut self.part, other.part),
+            (&mut self.tile, other.tile),
+            (&mut self.ray, other.ray),
+            (&mut self.answer, other.answer),
+            (&mut self.refusal, other.refusal),
+        ] {
+            sum.count = sum.count.saturating_add(other.count);
+            sum.bytes = sum.bytes.saturating_add(other.bytes);
+        }
+    }
+}
+
 /// Messages of one kind.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Kind {
     /// How many.
     pub count: u64,

@@ -22,6 +22,8 @@ pub struct Placement {
 
 /// How blocks are dealt out.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
 pub enum Dealing {
     /// Ranges of equal length: whole subtrees.
     Subtrees,

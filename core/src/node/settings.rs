@@ -30,6 +30,8 @@ impl Settings {
 
 /// Which rays are demand driven (their blocks come to them), and which data parallel (they go to their blocks).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
 pub enum Schedule {
     /// Camera and shadow rays fetch, specular rays migrate (the dissertation's).
     Hybrid,
@@ -76,6 +78,8 @@ impl Schedule {
 
 /// How many blocks are fetched ahead for a bundle of shadow rays.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
 pub enum Prefetch {
     /// All that its pyramid touches, as far as frames and requests are free.
     All,
@@ -96,6 +100,8 @@ impl Prefetch {
 
 /// Which of the waiting rays goes on first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
 pub enum TaskOrder {
     /// In the order in which they were made, as far as their blocks are here. Not there yet: as [`Self::Ready`].
     Made,

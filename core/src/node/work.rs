@@ -49,7 +49,7 @@ const TICK: u32 = 10;
 
 /// Operations that a node has carried out: what a machine profile turns into time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Work {
     /// Tree nodes visited: eight box tests each.
     pub nodes: u64,

@@ -74,7 +74,7 @@ impl core::error::Error for CacheFull {}
 
 /// What the cache did so far.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct CacheCounts {
     /// Times a block was asked for and in a frame. Owned blocks count neither as hit nor as miss.
     pub hits: u64,

@@ -1,6 +1,7 @@
 //! The host's side of a mesh: no I/O, no threads, no clock; whoever has a network brings messages and the time.
 //!
 //! * [`Ledger`] gives tiles to those that ask, takes their pixels, and knows when all is there.
+//! * [`MeshLayout`] divides blocks, memory and picture among the nodes, before it begins.
 //!
 //! Every message may be lost, doubled, late or overtaken, and any node may die:
 //!
@@ -14,6 +15,7 @@
 //! | a node dies, is slow, or never hears of a grant | its tiles become overdue, and are given to others when nothing else is left |
 
 mod delay;
+mod layout;
 mod leases;
 mod ledger;
 mod outbox;
@@ -21,4 +23,5 @@ mod outbox;
 #[cfg(test)]
 mod tests;
 
+pub use layout::{MeshLayout, MeshOptions};
 pub use ledger::{Ledger, LedgerCounts};

@@ -9,7 +9,7 @@ use super::image::Image;
 use super::tree::check_blocks;
 use crate::compile::Compiled;
 
-/// A `.kilo` file that was checked in full: from the disk, or straight from the compiler.
+/// A `.kilo` file: from the disk, checked in full or as far as [`map`](Self::map) does, or straight from the compiler.
 #[derive(Debug)]
 pub struct KiloFile {
     bytes: Bytes,
@@ -53,6 +53,18 @@ impl KiloFile {
     ///
     /// [`KiloError::Io`] or [`KiloError::Damaged`].
     pub fn open(path: &Path) -> Result<Self, KiloError> {
+        let file = Self::map(path)?;
+        file.check().map_err(|error| KiloError::Damaged { path: path.into(), error })?;
+        Ok(file)
+    }
+
+    /// Maps a file and checks its header and tables alone: for who reads only some of its blocks, and checks those
+    /// ([`KiloView::check_block`]).
+    ///
+    /// # Errors
+    ///
+    /// [`KiloError::Io`] or [`KiloError::Damaged`].
+    pub fn map(path: &Path) -> Result<Self, KiloError> {
         let io = |source| KiloError::Io { path: path.into(), source };
         let file = File::open(path).map_err(io)?;
         let len = file.metadata().map_err(io)?.len();
@@ -68,7 +80,8 @@ impl KiloFile {
             Bytes::Mapped(unsafe { Mmap::map(&file) }.map_err(io)?)
         };
         let file = Self { bytes };
-        file.check().map_err(|error| KiloError::Damaged { path: path.into(), error })?;
+        KiloView::parse(file.bytes())
+            .map_err(|error| KiloError::Damaged { path: path.into(), error })?;
         Ok(file)
     }
 

@@ -14,7 +14,7 @@ use crate::{
 
 /// Prints the budget of the node of a mesh that has the least room.
 pub(super) fn run(arguments: &args::Plan) -> Outcome {
-    let topology = arguments.mesh.topology().map_err(Failure::usage)?;
+    let topology = arguments.mesh.division.topology().map_err(Failure::usage)?;
     let json_out = arguments.json.as_deref().map(Output::create).transpose()?;
     let to_standard = arguments.json.as_deref() == Some("-".as_ref());
     let block = engine::default_block(Some(arguments.memory));
@@ -49,7 +49,7 @@ pub(super) fn run(arguments: &args::Plan) -> Outcome {
         },
     };
     if let Some(output) = json_out {
-        let name = arguments.mesh.topology_name(&options.topology);
+        let name = arguments.mesh.division.topology_name(&options.topology);
         let value = json!({
             "version": env!("CARGO_PKG_VERSION"),
             "scene": scene.name,

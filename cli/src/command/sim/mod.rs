@@ -21,10 +21,10 @@ use self::{cut::Cut, lost::bounds};
 pub(super) use self::{
     json::prefetch,
     lost::Baseline,
-    options::{baseline, memory, options, refused, with_mesh},
+    options::{baseline, options, refused, with_mesh},
     run::{Done, measured},
 };
-use super::{engine, html};
+use super::{division, engine, html};
 use crate::{
     args,
     failure::{self, Failure, Outcome},
@@ -55,7 +55,7 @@ pub(super) fn run(sim: &args::Sim) -> Outcome {
         Format::of(path)?;
     }
     // What makes no sense is said before the scene is read.
-    sim.mesh.topology().map_err(Failure::usage)?;
+    sim.mesh.division.topology().map_err(Failure::usage)?;
     let scene = load(sim, quiet)?;
     let options = options(sim, &scene)?;
     let path = sim.output.clone().unwrap_or_else(|| PathBuf::from(format!("{}.png", scene.name)));
@@ -116,7 +116,7 @@ pub(super) fn run(sim: &args::Sim) -> Outcome {
 
 /// Reads and compiles the scene, in blocks that suit the nodes' memory.
 pub(super) fn load(sim: &args::Sim, quiet: bool) -> Outcome<Scene> {
-    let block = engine::default_block(Some(memory(sim)));
+    let block = engine::default_block(Some(division::memory(&sim.common)));
     let scene = scene::load(&sim.scene.scenes, sim.common.block, block, quiet)?;
     Ok(scene.with_view(sim.common.view.as_ref()))
 }
@@ -130,7 +130,7 @@ impl<'a> Run<'a> {
         done: &'a Done,
         exposure: Option<f32>,
     ) -> Self {
-        let topology = sim.mesh.topology_name(&options.topology);
+        let topology = sim.mesh.division.topology_name(&options.topology);
         let cut = cut::worst(&done.outcome.report, options.link.bandwidth);
         Self { sim, scene, options, done, topology, cut, exposure }
     }

@@ -1,29 +1,22 @@
 use kiloray_core::{
     network::{NodeId, Topology},
-    node,
     shade::Settings,
 };
+use kiloray_render::MeshOptions;
 use kiloray_sim::{Crash, Error, Faults, Link, Options, Profile, Rate, Slow, Switching};
 
 use crate::{
     args::{self, Bounds},
-    command::engine,
+    command::{division, engine},
     failure::{Failure, Outcome},
     framing,
     scene::Scene,
 };
 
-/// Memory of a node where nothing is said.
-const MEMORY: u64 = 256 << 10;
 /// Memory of the one node that efficiency is measured against: more than it can use.
 const BASELINE_MEMORY: usize = 64 << 20;
 /// Most events of a trace: a file of some 30 MB.
 const TRACE_EVENTS: usize = 300_000;
-
-/// Size of the nodes' memory.
-pub(in crate::command) fn memory(sim: &args::Sim) -> u64 {
-    sim.common.memory.unwrap_or(MEMORY)
-}
 
 /// What the simulator is told.
 pub(in crate::command) fn options(sim: &args::Sim, scene: &Scene) -> Outcome<Options> {
@@ -31,7 +24,7 @@ pub(in crate::command) fn options(sim: &args::Sim, scene: &Scene) -> Outcome<Opt
     let view = scene.choose_view(common.view.as_ref())?;
     let Bounds { width, height } =
         Bounds::new(common.width, common.height, framing::aspect(&view)).map_err(Failure::usage)?;
-    let topology = mesh.topology().map_err(Failure::usage)?;
+    let topology = mesh.division.topology().map_err(Failure::usage)?;
     let view = framing::fitted(view, width, height);
     let mut options = Options::new(width, height, view, topology);
     options.settings = Settings {
@@ -40,7 +33,7 @@ pub(in crate::command) fn options(sim: &args::Sim, scene: &Scene) -> Outcome<Opt
         bounces: common.bounces as u8,
         seed: common.seed,
     };
-    options.memory = usize::try_from(memory(sim))
+    options.memory = usize::try_from(division::memory(common))
         .map_err(|_| Failure::usage("--memory is more than can be addressed"))?;
     options.seed = common.seed;
     let block_bytes = u64::from(scene.file.view().header().block_bytes);
@@ -61,33 +54,21 @@ pub(in crate::command) fn with_mesh(
         Failure::usage(format_args!("--profile {profile}: it has no figures yet"))
     })?;
     options.faults = faults(mesh);
-    options.schedule = match mesh.schedule {
-        args::Schedule::Hybrid => node::Schedule::Hybrid,
-        args::Schedule::Demand => node::Schedule::Demand,
-        args::Schedule::Data => node::Schedule::Data,
+    let base = MeshOptions {
+        settings: options.settings,
+        memory: options.memory,
+        ..MeshOptions::new(options.width, options.height, options.topology)
     };
-    options.dealing = match mesh.placement {
-        args::Placement::Subtrees => node::Dealing::Subtrees,
-        args::Placement::RoundRobin => node::Dealing::RoundRobin,
-    };
-    options.top = mesh.top.map(|top| top.blocks(block_bytes));
-    options.replicas = replicas(mesh, &options.topology)?;
-    if let Some(prefetch) = mesh.prefetch {
-        options.prefetch = match prefetch {
-            args::Prefetch::All => node::Prefetch::All,
-            args::Prefetch::Nearest(blocks) => node::Prefetch::Nearest(blocks),
-        };
-    }
-    if let Some(order) = mesh.task_order {
-        options.order = match order {
-            args::TaskOrder::Made => node::TaskOrder::Made,
-            args::TaskOrder::Ready => node::TaskOrder::Ready,
-        };
-    }
-    if let Some(refusals) = mesh.refusals {
-        options.refusals = refusals as u8;
-    }
-    options.tile = mesh.tile.map(|side| side as u16);
+    let divided = division::with(base, &mesh.division, block_bytes)?;
+    options.link.packet = divided.packet;
+    options.schedule = divided.schedule;
+    options.dealing = divided.dealing;
+    options.top = divided.top;
+    options.replicas = divided.replicas;
+    options.prefetch = divided.prefetch;
+    options.order = divided.order;
+    options.refusals = divided.refusals;
+    options.tile = divided.tile;
     options.owned_in_arena = mesh.owned_in_arena;
     Ok(options)
 }
@@ -127,7 +108,6 @@ fn profile_name(profile: args::Profile) -> &'static str {
 fn link(mesh: &args::Mesh, mut link: Link) -> Link {
     link.bandwidth = mesh.link_bandwidth.unwrap_or(link.bandwidth);
     link.latency = mesh.link_latency.unwrap_or(link.latency);
-    link.packet = mesh.packet.map_or(link.packet, |packet| packet.min(u16::MAX.into()) as u16);
     link.switching = match mesh.switching {
         Some(args::Switching::Store) => Switching::StoreAndForward,
         Some(args::Switching::Cut) => Switching::CutThrough,
@@ -155,14 +135,4 @@ fn faults(mesh: &args::Mesh) -> Faults {
             .map(|crash| Crash { node: NodeId(crash.node), at: crash.time })
             .collect(),
     }
-}
-
-fn replicas(mesh: &args::Mesh, topology: &Topology) -> Outcome<u16> {
-    let nodes = topology.nodes();
-    u16::try_from(mesh.block_replicas).ok().filter(|&copies| copies <= nodes).ok_or_else(|| {
-        Failure::usage(format_args!(
-            "--block-replicas {}: {nodes} nodes hold at most {nodes} copies of a block",
-            mesh.block_replicas
-        ))
-    })
 }

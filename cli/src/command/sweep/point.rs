@@ -2,7 +2,7 @@ use std::ffi::OsString;
 
 use crate::{
     args::{self, Sim},
-    command::{engine, sim},
+    command::{division, engine},
     failure::{Failure, Outcome},
 };
 
@@ -23,7 +23,7 @@ pub(super) struct Point {
 impl Point {
     /// Bytes of a block.
     pub(super) fn block(&self) -> u32 {
-        let memory = sim::memory(&self.sim);
+        let memory = division::memory(&self.sim.common);
         self.sim.common.block.unwrap_or_else(|| engine::default_block(Some(memory)))
     }
 }

@@ -1,0 +1,109 @@
+use clap::Args;
+use kiloray_core::network::Topology;
+use serde::Serialize;
+
+use super::mesh::{
+    Placement, Prefetch, Schedule, TaskOrder, Top, nodes, packet, refusals, replicas, tile,
+};
+
+/// Nodes where neither their number nor sizes of the topology are given.
+const NODES: u32 = 64;
+/// Most processes that are all next to each other by default: a packet in each buffer of their links is an eighth of a node's memory then.
+#[cfg(feature = "host")]
+const FULL_NODES_MAX: u32 = 16;
+
+/// How a run is divided among the nodes of a mesh, simulated or not.
+#[derive(Debug, Clone, Args, Serialize)]
+pub(crate) struct Division {
+    /// How many nodes [default: as the sizes of the topology say, else 64]
+    #[arg(long, value_name = "N", value_parser = nodes, allow_hyphen_values = true, help_heading = "Mesh")]
+    pub(crate) nodes: Option<u32>,
+    /// Who is next to whom: line, ring, mesh, torus (mesh:8x4, torus:4x4x4), hypercube, tree, tree:ARITY, full [default: torus, nearly square]
+    #[arg(long, value_name = "T", help_heading = "Mesh")]
+    pub(crate) topology: Option<String>,
+
+    /// Which rays fetch blocks, and which go to them: hybrid (only specular rays go), demand (all fetch), data (all go)
+    #[arg(long, value_name = "S", value_enum, default_value_t = Schedule::Hybrid, help_heading = "Work")]
+    pub(crate) schedule: Schedule,
+    /// How many blocks are fetched ahead for a bundle of shadow rays: all that its pyramid touches, the K nearest, or none [default: 0]
+    #[arg(long, value_name = "all|K|0", allow_hyphen_values = true, help_heading = "Work")]
+    pub(crate) prefetch: Option<Prefetch>,
+    /// Which of the waiting rays goes on first: in the order made, or as their blocks arrive; 'made' is not there yet, and does as 'ready'
+    #[arg(long, value_name = "O", value_enum, help_heading = "Work")]
+    pub(crate) task_order: Option<TaskOrder>,
+    /// Side of a tile, the unit in which pixels are handed out [default: by picture, nodes and memory]
+    #[arg(long, value_name = "PIXELS", value_parser = tile, allow_hyphen_values = true, help_heading = "Work")]
+    pub(crate) tile: Option<u32>,
+    /// Refusals of a ray after which the node that sent it runs it itself
+    #[arg(long, value_name = "K", value_parser = refusals, allow_hyphen_values = true, help_heading = "Work")]
+    pub(crate) refusals: Option<u32>,
+
+    /// Which node owns which blocks: subtrees of equal bytes, or each block in turn
+    #[arg(long, value_name = "P", value_enum, default_value_t = Placement::Subtrees, help_heading = "Data")]
+    pub(crate) placement: Placement,
+    /// How much of the top of the tree lies with every node: bytes (16KiB) or a number of blocks
+    #[arg(long, value_name = "SIZE|N", allow_hyphen_values = true, help_heading = "Data")]
+    pub(crate) top: Option<Top>,
+    /// Copies of each block in all; the picture survives K - 1 crashes
+    #[arg(long, value_name = "K", default_value_t = 1, value_parser = replicas, allow_hyphen_values = true, help_heading = "Data")]
+    pub(crate) block_replicas: u32,
+
+    /// Greatest packet with its header
+    #[arg(long, value_name = "SIZE", value_parser = packet, allow_hyphen_values = true, help_heading = "Links")]
+    pub(crate) packet: Option<u32>,
+}
+
+impl Division {
+    /// The topology, by what is given of the two.
+    pub(crate) fn topology(&self) -> Result<Topology, String> {
+        let name = self.topology.as_deref().unwrap_or("torus");
+        let nodes = self.nodes.or_else(|| product(name)).unwrap_or(NODES);
+        Topology::parse(name, nodes).map_err(|error| match &self.topology {
+            Some(given) => format!("--topology {given} for {nodes} nodes: {error}"),
+            None => format!("--nodes {nodes}: {error}"),
+        })
+    }
+
+    /// What suits processes, where it is not given: nodes are as many as processors, and each is next to each, as long as the buffers of so many links are a small part of
+    /// its memory. A packet that passes through another process waits for that to be scheduled.
+    #[cfg(feature = "host")]
+    pub(crate) fn for_processes(&self) -> Self {
+        let nodes = self.nodes.or_else(|| product(self.topology.as_deref()?));
+        let processors = std::thread::available_parallelism().map_or(1, usize::from);
+        let nodes = nodes.unwrap_or_else(|| (processors as u32).clamp(1, FULL_NODES_MAX));
+        let name = if nodes <= FULL_NODES_MAX { "full" } else { "torus" };
+        let topology = self.topology.clone().unwrap_or_else(|| name.into());
+        Self { nodes: Some(nodes), topology: Some(topology), ..self.clone() }
+    }
+
+    /// What the report calls the topology: with its sizes.
+    pub(crate) fn topology_name(&self, topology: &Topology) -> String {
+        let name = self.topology.as_deref().unwrap_or("torus");
+        match topology {
+            Topology::Grid(grid) if matches!(name, "mesh" | "torus") => {
+                let sizes: Vec<_> = grid.sizes().map(|s| s.to_string()).collect();
+                format!("{name}:{}", sizes.join("x"))
+            }
+            _ => name.to_owned(),
+        }
+    }
+}
+
+/// Nodes by the sizes after the name of a grid.
+fn product(name: &str) -> Option<u32> {
+    let (_, sizes) = name.split_once(':').filter(|(name, _)| matches!(*name, "mesh" | "torus"))?;
+    sizes.split('x').try_fold(1_u32, |n, size| n.checked_mul(size.parse().ok()?))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sizes_of_a_topology_give_the_nodes() {
+        assert_eq!(
+            ["torus:8x8", "mesh:3x3x3", "ring", "tree:3", "mesh:x"].map(product),
+            [Some(64), Some(27), None, None, None]
+        );
+    }
+}

@@ -1,0 +1,85 @@
+//! From what was typed of a mesh to how a run is divided.
+
+use kiloray_core::{network::Topology, node, shade::Settings};
+use kiloray_render::MeshOptions;
+
+use crate::{
+    args::{self, Bounds, Common, Division},
+    failure::{Failure, Outcome},
+};
+
+/// Memory of a node where nothing is said.
+const MEMORY: u64 = 256 << 10;
+
+/// Size of the nodes' memory.
+pub(super) fn memory(common: &Common) -> u64 {
+    common.memory.unwrap_or(MEMORY)
+}
+
+/// How a picture is divided among the nodes of a topology.
+pub(super) fn options(
+    common: &Common,
+    division: &Division,
+    bounds: Bounds,
+    topology: Topology,
+    block_bytes: u64,
+) -> Outcome<MeshOptions> {
+    let mut options = MeshOptions::new(bounds.width, bounds.height, topology);
+    options.settings = Settings {
+        samples: common.samples,
+        shadow_samples: common.shadow_samples.unwrap_or(0),
+        bounces: common.bounces as u8,
+        seed: common.seed,
+    };
+    options.memory = usize::try_from(memory(common))
+        .map_err(|_| Failure::usage("--memory is more than can be addressed"))?;
+    with(options, division, block_bytes)
+}
+
+/// The same with what is said of the division, the topology apart.
+pub(super) fn with(
+    mut options: MeshOptions,
+    division: &Division,
+    block_bytes: u64,
+) -> Outcome<MeshOptions> {
+    let packet = |packet: u32| packet.min(u16::MAX.into()) as u16;
+    options.packet = division.packet.map_or(options.packet, packet);
+    options.schedule = match division.schedule {
+        args::Schedule::Hybrid => node::Schedule::Hybrid,
+        args::Schedule::Demand => node::Schedule::Demand,
+        args::Schedule::Data => node::Schedule::Data,
+    };
+    options.dealing = match division.placement {
+        args::Placement::Subtrees => node::Dealing::Subtrees,
+        args::Placement::RoundRobin => node::Dealing::RoundRobin,
+    };
+    options.top = division.top.map(|top| top.blocks(block_bytes));
+    options.replicas = replicas(division, &options.topology)?;
+    if let Some(prefetch) = division.prefetch {
+        options.prefetch = match prefetch {
+            args::Prefetch::All => node::Prefetch::All,
+            args::Prefetch::Nearest(blocks) => node::Prefetch::Nearest(blocks),
+        };
+    }
+    if let Some(order) = division.task_order {
+        options.order = match order {
+            args::TaskOrder::Made => node::TaskOrder::Made,
+            args::TaskOrder::Ready => node::TaskOrder::Ready,
+        };
+    }
+    if let Some(refusals) = division.refusals {
+        options.refusals = refusals as u8;
+    }
+    options.tile = division.tile.map(|side| side as u16);
+    Ok(options)
+}
+
+fn replicas(division: &Division, topology: &Topology) -> Outcome<u16> {
+    let nodes = topology.nodes();
+    let copies = division.block_replicas;
+    u16::try_from(copies).ok().filter(|&copies| copies <= nodes).ok_or_else(|| {
+        Failure::usage(format_args!(
+            "--block-replicas {copies}: {nodes} nodes hold at most {nodes} copies of a block"
+        ))
+    })
+}

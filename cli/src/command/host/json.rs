@@ -1,0 +1,126 @@
+use serde_json::{Value, json};
+
+use super::Run;
+use crate::command::{report, sim::prefetch};
+
+impl Run<'_> {
+    /// The fields that scripts rely on: those of `sim`, with times of the clock.
+    pub(super) fn as_json(&self) -> Value {
+        let (outcome, counts, options) = (self.outcome, &self.counts, self.options);
+        let view = self.scene.file.view();
+        let header = view.header();
+        let (sent, received) = (counts.sent.named(), counts.received.named());
+        let kinds: Vec<_> = sent
+            .iter()
+            .zip(&received)
+            .map(|((kind, sent), (_, received))| {
+                json!({
+                    "kind": kind,
+                    "sent": sent.count,
+                    "sent_bytes": sent.bytes,
+                    "received": received.count,
+                    "received_bytes": received.bytes,
+                })
+            })
+            .collect();
+        let nodes = &outcome.nodes;
+        let fullest = self.fullest();
+        let points = kiloray_core::store::Line::Points.name();
+        let points: Vec<_> =
+            nodes.iter().flat_map(|n| &n.lines).filter(|line| line.name == points).collect();
+        json!({
+            "version": env!("CARGO_PKG_VERSION"),
+            "options": self.options_json(),
+            "complete": outcome.complete,
+            "lost_block": outcome.lost,
+            "image_hash": self.image_hash,
+            "image_hash_kind": "blake3",
+            "width": outcome.picture.width,
+            "height": outcome.picture.height,
+            "nodes": options.topology.nodes(),
+            "time_s": self.time_s,
+            "start_s": outcome.start.as_secs_f64(),
+            "mesh_s": outcome.render.as_secs_f64(),
+            "virtual_time_s": null,
+            "efficiency": null,
+            "surfaces": header.primitives,
+            "rays": {
+                "primary": counts.shade.primary,
+                "shadow": counts.shade.shadow,
+                "specular": counts.shade.specular,
+                "ambient": 0,
+            },
+            "skipped": report::skipped_json(self.scene, &counts.shade),
+            "messages": {
+                "count": sent.iter().map(|(_, kind)| kind.count).sum::<u64>(),
+                "bytes": sent.iter().map(|(_, kind)| kind.bytes).sum::<u64>(),
+                "by_kind": kinds,
+            },
+            "links": {
+                "packets": nodes.iter().map(|n| n.time.packets_sent).sum::<u64>(),
+                "bytes": nodes.iter().map(|n| n.time.bytes_sent).sum::<u64>(),
+                "dropped": nodes.iter().map(|n| n.time.dropped).sum::<u64>(),
+                "foreign": nodes.iter().map(|n| n.foreign).sum::<u64>(),
+            },
+            "blocks": {
+                "count": header.blocks,
+                "bytes": u64::from(header.blocks) * u64::from(header.block_bytes),
+                "fetched": counts.cache.fetched,
+                "owned_max": nodes.iter().map(|n| n.owned_blocks).max(),
+            },
+            "memory": {
+                "limit": options.memory,
+                "peak": fullest.map(|node| node.peak_bytes),
+                "peak_node": fullest.map(|node| node.node),
+                "lines": fullest.map(|node| &node.lines),
+            },
+            "points": {
+                "capacity": points.iter().map(|line| line.capacity).max().unwrap_or(0),
+                "peak": points.iter().map(|line| line.peak).max().unwrap_or(0),
+            },
+            "cache": {
+                "hits": counts.cache.hits,
+                "misses": counts.cache.misses,
+                "evictions": counts.cache.evictions,
+            },
+            "migrated": counts.migrated,
+            "retries": self.retries(),
+            "retries_by_cause": {
+                "rays": counts.rays_again,
+                "fetches": counts.fetches_again,
+                "tiles": counts.tiles_again,
+            },
+            "refusals": counts.refused,
+            "run_at_home": counts.run_at_home,
+            "overflows": outcome.overflows,
+            "lost": {},
+            "faults": { "replaced": outcome.replacements },
+            "per_node": nodes,
+            "notes": self.scene.notes,
+        })
+    }
+
+    fn options_json(&self) -> Value {
+        let mut all = json!(self.host.common);
+        if let (Some(all), Value::Object(division)) = (all.as_object_mut(), json!(self.division)) {
+            all.extend(division);
+        }
+        let view = self.scene.file.view();
+        let o = self.options;
+        all["scenes"] = json!(self.host.scene.scenes);
+        all["width"] = json!(o.width);
+        all["height"] = json!(o.height);
+        all["block"] = json!(view.header().block_bytes);
+        all["memory"] = json!(o.memory);
+        all["nodes"] = json!(o.topology.nodes());
+        all["topology"] = json!(self.division.topology_name(&o.topology));
+        all["prefetch"] = json!(prefetch(o.prefetch));
+        all["task_order"] = json!(format!("{:?}", o.order).to_lowercase());
+        all["packet"] = json!(o.packet);
+        all["refusals"] = json!(o.refusals);
+        // As it is printed: 0.7, not the nearest f32.
+        let stops = self.exposure.and_then(|stops| stops.to_string().parse::<f64>().ok());
+        all["exposure"] = json!(stops);
+        all
+    }
+}

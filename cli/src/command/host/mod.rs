@@ -1,0 +1,257 @@
+//! `kiloray host`: a picture from a mesh of processes on this machine.
+
+mod json;
+
+use std::{
+    path::{Path, PathBuf},
+    time::{Duration, Instant},
+};
+
+use kiloray_core::{node::Counts, scene::View};
+use kiloray_host::{
+    Config, Control, Folder, Job, MeshConfig, NodeReport, Outcome as Hosted, PictureConfig, Status,
+    Supervisor, run_host,
+};
+use kiloray_render::MeshOptions;
+
+use super::{division, engine, node::refused};
+use crate::{
+    args::{self, Bounds, Division},
+    console::{bytes, count, duration, line},
+    failure::{self, Failure, Outcome},
+    framing, interrupt,
+    output::Output,
+    picture::{self, Format},
+    progress::Progress,
+    scene::{self, Scene},
+};
+
+/// How long nodes may take to end by themselves when it is over.
+const END_LIMIT: Duration = Duration::from_millis(500);
+
+/// A run, and all that is told of it.
+struct Run<'a> {
+    host: &'a args::Host,
+    /// With what suits processes, where it was not given.
+    division: &'a Division,
+    scene: &'a Scene,
+    options: &'a MeshOptions,
+    outcome: &'a Hosted,
+    /// Sums over the nodes.
+    counts: Counts,
+    image_hash: String,
+    /// Wall clock of all (s).
+    time_s: f64,
+    exposure: Option<f32>,
+}
+
+/// Starts nodes, renders and writes.
+pub(super) fn run(host: &args::Host) -> Outcome {
+    let begin = Instant::now();
+    let common = &host.common;
+    let quiet = common.quiet;
+    if let Some(path) = &host.output {
+        Format::of(path)?;
+    }
+    // What makes no sense is said before the scene is read.
+    let division = host.division.for_processes();
+    let topology = division.topology().map_err(Failure::usage)?;
+    let block = engine::default_block(Some(division::memory(common)));
+    let scene = scene::load(&host.scene.scenes, common.block, block, quiet)?
+        .with_view(common.view.as_ref());
+    let view = scene.choose_view(common.view.as_ref())?;
+    let bounds =
+        Bounds::new(common.width, common.height, framing::aspect(&view)).map_err(Failure::usage)?;
+    let view = framing::fitted(view, bounds.width, bounds.height);
+    let block_bytes = scene.file.view().header().block_bytes.into();
+    let options = division::options(common, &division, bounds, topology, block_bytes)?;
+    let path = host.output.clone().unwrap_or_else(|| PathBuf::from(format!("{}.png", scene.name)));
+    let cancel = interrupt::gentle();
+    // Whether all can be written shows before the work.
+    let output = Output::create(&path)?;
+    let json_out = common.json.as_deref().map(Output::create).transpose()?;
+    scene.print_notes(quiet);
+
+    let folder = Folder::new().map_err(refused)?;
+    let config = config(&folder, host, &scene, &options, view, &division)?;
+    // What cannot be is found before there are processes.
+    Job::new(&config, &scene.file.view()).map_err(refused)?;
+    let program = std::env::current_exe()
+        .map_err(|error| Failure::new(format_args!("where this program is: {error}")))?;
+    let mut supervisor = Supervisor::start(&program, folder, &config).map_err(refused)?;
+    let outcome = {
+        let pixels = u64::from(options.width) * u64::from(options.height);
+        let bar = Progress::new("rendering", pixels, quiet);
+        let progress = |status: &Status| {
+            bar.set(status.pixels);
+            bar.message(format!(
+                "{} of {} pixels, {} nodes{}",
+                count(status.pixels),
+                count(status.pixels_all),
+                status.nodes,
+                if status.replaced > 0 {
+                    format!(", {} replaced", status.replaced)
+                } else {
+                    String::new()
+                }
+            ));
+        };
+        let control = Control { cancel, progress: &progress };
+        run_host(&config, &scene.file.view(), Some(&mut supervisor), &control).map_err(refused)?
+    };
+    supervisor.stop(END_LIMIT);
+
+    let complete = outcome.complete;
+    let output = if complete { output } else { output.incomplete() };
+    let path = output.path().to_owned();
+    let saved = picture::save(&outcome.picture, Format::of(&path)?, common.exposure, output)?;
+    let mut counts = Counts::default();
+    outcome.nodes.iter().for_each(|node| counts.add(&node.counts));
+    let run = Run {
+        host,
+        division: &division,
+        scene: &scene,
+        options: &options,
+        outcome: &outcome,
+        counts,
+        image_hash: picture::hash(&outcome.picture),
+        time_s: begin.elapsed().as_secs_f64(),
+        exposure: saved.exposure,
+    };
+    if let Some(output) = json_out {
+        output.write(format!("{:#}\n", run.as_json()).as_bytes())?;
+    }
+    let to_standard =
+        [Some(path.as_path()), common.json.as_deref()].contains(&Some(Path::new("-")));
+    if !quiet && !to_standard {
+        run.print(&path)?;
+    }
+    if outcome.overflows > 0 && !quiet {
+        failure::warn(&format!(
+            "{} pixels are too bright to be counted and show the brightest that can be",
+            outcome.overflows
+        ));
+    }
+    match (complete, outcome.lost) {
+        (true, _) => Ok(()),
+        (false, Some(block)) => Err(Failure::new(format_args!(
+            "block {block} is lost: no living node holds a copy; what was rendered is in {}",
+            path.display()
+        ))),
+        (false, None) => Err(Failure::new(format_args!(
+            "interrupted; what was rendered is in {}",
+            path.display()
+        ))),
+    }
+}
+
+/// What the nodes are told. A scene that is in no file yet is written into the directory of the nodes.
+fn config(
+    folder: &Folder,
+    host: &args::Host,
+    scene: &Scene,
+    options: &MeshOptions,
+    view: View,
+    division: &Division,
+) -> Outcome<Config> {
+    let file = match &host.scene.scenes[..] {
+        // It is compiled.
+        [path] if scene.stats.is_none() => {
+            std::fs::canonicalize(path).map_err(|error| Failure::io(path, &error))?
+        }
+        _ => {
+            let path = folder.path().join("scene.kilo");
+            scene.file.write(&path).map_err(Failure::new)?;
+            path
+        }
+    };
+    Ok(Config {
+        name: "mesh".into(),
+        scene: file,
+        addresses: folder.addresses(options.topology.nodes()),
+        mesh: MeshConfig {
+            topology: division.topology.clone().unwrap_or_default(),
+            memory: options.memory,
+            packet: options.packet,
+            schedule: options.schedule,
+            placement: options.dealing,
+            top: options.top,
+            replicas: options.replicas,
+            prefetch: options.prefetch,
+            order: options.order,
+            group: options.group,
+            refusals: options.refusals,
+            tile: options.tile,
+        },
+        picture: PictureConfig {
+            width: options.width,
+            height: options.height,
+            samples: options.settings.samples,
+            shadow_samples: options.settings.shadow_samples,
+            bounces: options.settings.bounces,
+            seed: options.settings.seed.to_string(),
+            view: view.into(),
+        },
+    })
+}
+
+impl Run<'_> {
+    /// What a person wants to know first.
+    fn print(&self, path: &Path) -> Outcome {
+        let (outcome, options, counts) = (self.outcome, self.options, &self.counts);
+        let exposure = self.exposure.map_or_else(String::new, |s| format!(", exposure {s}"));
+        line(format_args!(
+            "{}: {} x {}, {} samples per pixel{exposure}{}",
+            path.display(),
+            options.width,
+            options.height,
+            options.settings.samples,
+            if outcome.complete { "" } else { "; INCOMPLETE" },
+        ))?;
+        let nodes = options.topology.nodes();
+        line(format_args!(
+            "mesh       {nodes} {} of {}, {}, schedule {}",
+            if nodes == 1 { "process" } else { "processes" },
+            bytes(options.memory as u64),
+            self.division.topology_name(&options.topology),
+            format!("{:?}", options.schedule).to_lowercase(),
+        ))?;
+        line(format_args!(
+            "time       {}, and {} until all nodes were there",
+            duration(outcome.render.as_nanos() as u64),
+            duration(outcome.start.as_nanos() as u64),
+        ))?;
+        let sent = counts.sent.named();
+        line(format_args!(
+            "messages   {}, {}; {} blocks fetched, {} rays migrated",
+            count(sent.iter().map(|(_, kind)| kind.count).sum()),
+            bytes(sent.iter().map(|(_, kind)| kind.bytes).sum()),
+            count(counts.cache.fetched),
+            count(counts.migrated),
+        ))?;
+        if let Some(fullest) = self.fullest() {
+            line(format_args!(
+                "memory     {} of {} at the fullest node, {}",
+                bytes(fullest.peak_bytes as u64),
+                bytes(options.memory as u64),
+                fullest.node,
+            ))?;
+        }
+        match outcome.replacements.len() {
+            0 => Ok(()),
+            replaced => line(format_args!(
+                "faults     {replaced} nodes replaced, {} requests made again",
+                count(self.retries())
+            )),
+        }
+    }
+
+    fn fullest(&self) -> Option<&NodeReport> {
+        self.outcome.nodes.iter().max_by_key(|node| node.peak_bytes)
+    }
+
+    /// Requests made again.
+    fn retries(&self) -> u64 {
+        self.counts.rays_again + self.counts.fetches_again + self.counts.tiles_again
+    }
+}

@@ -1,0 +1,132 @@
+//! `kiloray host`: the same picture from processes, and what becomes of them.
+
+use std::{
+    fs,
+    process::{Child, Command, Stdio},
+    thread,
+    time::{Duration, Instant},
+};
+
+use crate::support::{FIELDS, Folder, field, json};
+
+/// Small, and quick.
+const SMALL: &str = "glass --width 32 --height 24 --samples 1 --seed 3";
+/// More than there is time for.
+const LONG: &str = "host glass --width 400 --samples 4096 --nodes 3 -o long.png";
+
+impl Folder {
+    fn counted(&self, command: &str) -> serde_json::Value {
+        self.run(&format!("{command} --quiet --json run.json")).done();
+        json(&self.path().join("run.json"))
+    }
+}
+
+#[test]
+fn processes_give_the_bits_of_one_node() {
+    let folder = Folder::new();
+    let expected = folder.counted(&format!("render {SMALL}"))["image_hash"].clone();
+    for mesh in [
+        "--nodes 3 --memory 64KiB --block 1KiB",
+        "--topology ring --nodes 4 --schedule data",
+        "--nodes 1",
+    ] {
+        let run = folder.counted(&format!("host {SMALL} {mesh}"));
+        assert_eq!((&run["image_hash"], &run["complete"]), (&expected, &true.into()), "{mesh}");
+        for name in FIELDS {
+            assert!(field(&run, name).is_some(), "no {name}");
+        }
+        assert_eq!(run["faults"]["replaced"].as_array().map(Vec::len), Some(0), "{mesh}");
+        assert_eq!(
+            run["per_node"].as_array().map(Vec::len),
+            run["nodes"].as_u64().map(|n| n as usize)
+        );
+    }
+    assert_eq!(folder.names(), ["glass.png", "run.json"]);
+}
+
+#[test]
+fn what_cannot_be_is_said_in_one_line() {
+    let folder = Folder::new();
+    folder
+        .run("host cornell --nodes 7 --topology torus:2x4")
+        .refused(2, &["--topology", "7 nodes"]);
+    folder.run("host cornell --nodes 2 --memory 4KiB").refused(1, &["--memory", "at least"]);
+    folder.run("host cornell --nodes 2 --profile pc").refused(2, &["--profile"]);
+    folder.run("node --config mesh.toml --node 0").refused(1, &["mesh.toml"]);
+    folder.file("mesh.toml", "name = 'a mesh'");
+    folder.run("node --config mesh.toml --node 0").refused(1, &["mesh.toml", "addresses"]);
+}
+
+#[test]
+fn an_interrupt_keeps_what_is_rendered() {
+    let folder = Folder::new();
+    let mut command = folder.command();
+    command.args(LONG.split(' ')).stderr(Stdio::piped());
+    let host = command.spawn().expect("it starts");
+    let nodes = nodes_of(&host, 3);
+    let begin = Instant::now();
+    signal("-INT", host.id());
+    let output = host.wait_with_output().expect("it ends");
+    let message = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(1), "{message}");
+    assert!(
+        message.contains("interrupted; what was rendered is in long.incomplete.png"),
+        "{message}"
+    );
+    assert_eq!(folder.names(), ["long.incomplete.png"]);
+    assert!(nodes.iter().all(|node| is_gone(*node)), "after {:?}", begin.elapsed());
+}
+
+#[test]
+fn nodes_end_with_their_host() {
+    let folder = Folder::new();
+    let mut command = folder.command();
+    command.args(LONG.split(' ')).stderr(Stdio::null()).env("TMPDIR", folder.path());
+    let mut host = command.spawn().expect("it starts");
+    let nodes = nodes_of(&host, 3);
+    host.kill().expect("it is killed");
+    host.wait().expect("it is dead");
+    until(|| nodes.iter().all(|node| is_gone(*node)));
+    // The directory of the nodes is gone too; the picture's file is that of a command that was killed.
+    let left = folder.names();
+    assert!(!left.iter().any(|name| name.starts_with("kiloray-nodes-")), "{left:?}");
+}
+
+/// The processes of a host's nodes, as soon as there are so many.
+fn nodes_of(host: &Child, count: usize) -> Vec<u32> {
+    let mut all = Vec::new();
+    until(|| {
+        let path = format!("/proc/{0}/task", host.id());
+        let threads = fs::read_dir(path).into_iter().flatten().flatten();
+        all = threads
+            .filter_map(|thread| fs::read_to_string(thread.path().join("children")).ok())
+            .flat_map(|text| {
+                text.split_whitespace().filter_map(|n| n.parse().ok()).collect::<Vec<u32>>()
+            })
+            .collect();
+        all.len() == count
+    });
+    all
+}
+
+fn is_gone(process: u32) -> bool {
+    // Nobody may have asked how it ended yet.
+    let state = fs::read_to_string(format!("/proc/{process}/stat")).unwrap_or_default();
+    state.is_empty() || state.contains(") Z ")
+}
+
+fn signal(name: &str, process: u32) {
+    let command = format!("kill {name} {process}");
+    let sent = Command::new("sh").args(["-c", &command]).status().expect("there is a shell");
+    assert!(sent.success(), "{command}");
+}
+
+/// Waits until something is so; for ever is too long.
+#[track_caller]
+fn until(mut is_so: impl FnMut() -> bool) {
+    let begin = Instant::now();
+    while !is_so() {
+        assert!(begin.elapsed() < Duration::from_secs(60), "it takes too long");
+        thread::yield_now();
+    }
+}

@@ -1,0 +1,161 @@
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use kiloray_core::node::{Dealing, Prefetch, Schedule, TaskOrder};
+use kiloray_core::scene::View;
+use serde::{Deserialize, Serialize};
+
+use crate::Error;
+
+/// What all processes of a mesh are told: the same file for each of them.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Config {
+    /// What the mesh is called in the network: letters, digits, `-` and `_`.
+    pub name: String,
+    /// The scene, compiled; relative to the directory of the configuration.
+    pub scene: PathBuf,
+    /// Where each node listens, by its number, as in `tcp/127.0.0.1:7447` or `unixsock-stream//run/kiloray/0`.
+    pub addresses: Vec<String>,
+    /// The mesh.
+    pub mesh: MeshConfig,
+    /// The picture.
+    pub picture: PictureConfig,
+}
+
+/// The mesh of a [`Config`].
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MeshConfig {
+    /// Who is next to whom, as in `full` or `torus:4x2`.
+    pub topology: String,
+    /// Of each node, for all that it holds \[bytes\].
+    pub memory: usize,
+    /// Greatest packet, header included \[bytes\]; 0: by the memory.
+    #[serde(default)]
+    pub packet: u16,
+    /// Which rays go where.
+    pub schedule: Schedule,
+    /// How blocks are dealt out.
+    pub placement: Dealing,
+    /// Blocks that every node has; left out: as many as suit the scene.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub top: Option<u32>,
+    /// Copies of each other block.
+    pub replicas: u16,
+    /// How many blocks are fetched ahead.
+    pub prefetch: Prefetch,
+    /// Which of the waiting rays goes on first.
+    pub order: TaskOrder,
+    /// Nodes for each sub-master; 0 for none.
+    #[serde(default)]
+    pub group: u16,
+    /// Refusals of a ray after which it is run where it came from.
+    pub refusals: u8,
+    /// Side of a tile \[pixels\]; left out: by picture, nodes and memory.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tile: Option<u16>,
+}
+
+/// The picture of a [`Config`].
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PictureConfig {
+    /// Columns.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+    /// Camera paths for each pixel.
+    pub samples: u32,
+    /// Shadow rays for each light and point; 0: as many as its size and distance ask for.
+    #[serde(default)]
+    pub shadow_samples: u32,
+    /// Most reflections and refractions on a path.
+    pub bounces: u8,
+    /// Of all random numbers, in words as numbers of 64 bits are not in TOML.
+    pub seed: String,
+    /// The camera.
+    pub view: ViewConfig,
+}
+
+/// The camera of a [`PictureConfig`]: see [`View`], in scene coordinates.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ViewConfig {
+    /// See [`View::kind`].
+    pub kind: u32,
+    /// See [`View::position`].
+    pub position: [f32; 3],
+    /// See [`View::direction`].
+    pub direction: [f32; 3],
+    /// See [`View::up`].
+    pub up: [f32; 3],
+    /// See [`View::size`].
+    pub size: [f32; 2],
+    /// See [`View::offset`].
+    pub offset: [f32; 2],
+    /// See [`View::clip`].
+    pub clip: [f32; 2],
+}
+
+impl From<View> for ViewConfig {
+    fn from(view: View) -> Self {
+        let View { kind, name: _, position, direction, up, size, offset, clip } = view;
+        Self { kind, position, direction, up, size, offset, clip }
+    }
+}
+
+impl From<ViewConfig> for View {
+    fn from(view: ViewConfig) -> Self {
+        let ViewConfig { kind, position, direction, up, size, offset, clip } = view;
+        Self { kind, name: [0; 20], position, direction, up, size, offset, clip }
+    }
+}
+
+impl Config {
+    /// Reads a file. The scene's path is then relative to where this process is.
+    ///
+    /// # Errors
+    /// [`Error::Io`], [`Error::Config`].
+    pub fn read(path: &Path) -> Result<Self, Error> {
+        let text =
+            fs::read_to_string(path).map_err(|source| Error::Io { path: path.into(), source })?;
+        let wrong = |cause: String| Error::Config { path: path.into(), cause };
+        let mut config = Self::parse(&text).map_err(wrong)?;
+        if let Some(folder) = path.parent() {
+            config.scene = folder.join(&config.scene);
+        }
+        Ok(config)
+    }
+
+    /// Reads its text.
+    ///
+    /// # Errors
+    /// What is wrong, and where.
+    pub fn parse(text: &str) -> Result<Self, String> {
+        let config: Self = toml::from_str(text).map_err(|error| error.to_string())?;
+        let is_plain = |c: char| c.is_ascii_alphanumeric() || "-_".contains(c);
+        if config.name.is_empty() || !config.name.chars().all(is_plain) {
+            return Err(format!("name = '{}': write letters, digits, '-' and '_'", config.name));
+        }
+        if config.addresses.is_empty() {
+            return Err("addresses: a mesh has a node at least".into());
+        }
+        config.seed()?;
+        Ok(config)
+    }
+
+    /// As text.
+    ///
+    /// # Errors
+    /// [`Error::Options`] for what cannot be written in it.
+    pub fn to_text(&self) -> Result<String, Error> {
+        toml::to_string(self).map_err(|error| Error::Options(error.to_string()))
+    }
+
+    /// The seed as a number.
+    pub(crate) fn seed(&self) -> Result<u64, String> {
+        let seed = &self.picture.seed;
+        seed.parse().map_err(|_| format!("seed = '{seed}': write a whole number below 2^64"))
+    }
+}

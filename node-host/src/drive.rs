@@ -1,0 +1,214 @@
+use std::time::{Duration, Instant};
+
+use kiloray_core::network::Port;
+use kiloray_core::node::{Actor, Lack, Next, Time};
+use serde::{Deserialize, Serialize};
+
+use crate::{Event, Job, Place, Transport};
+
+/// How an actor is driven.
+#[derive(Debug, Clone)]
+pub struct Drive {
+    /// The beginning of its time.
+    pub start: Instant,
+    /// Ports that lead to a neighbour. It begins when all are there, or a while has passed.
+    pub joined: Vec<Port>,
+    /// Ports, used or not.
+    pub ports: u16,
+    /// Greatest packet, header included \[bytes\].
+    pub packet: usize,
+}
+
+impl Drive {
+    /// Of a place in a job, whose time begins at `start`.
+    #[must_use]
+    pub fn new(start: Instant, job: &Job, place: Place) -> Self {
+        Self {
+            start,
+            joined: job.neighbours(place).into_iter().map(|(port, _)| port).collect(),
+            ports: job.mesh.ports(place.id()),
+            packet: usize::from(job.layout.packet()),
+        }
+    }
+}
+
+/// Where the time of a process went \[ns\].
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub struct Spent {
+    /// In steps of the actor.
+    pub busy_ns: u64,
+    /// Taking packets from the network and handing them to it.
+    pub network_ns: u64,
+    /// Idle, as blocks were awaited.
+    pub idle_data_ns: u64,
+    /// Idle, as answers to rays were awaited.
+    pub idle_answers_ns: u64,
+    /// Idle, as there was no room to send.
+    pub idle_credit_ns: u64,
+    /// Idle without work.
+    pub idle_work_ns: u64,
+    /// Before all neighbours were there.
+    pub start_ns: u64,
+    /// Steps of the actor.
+    pub steps: u64,
+    /// Packets sent, those that bring credit only included.
+    pub packets_sent: u64,
+    /// Bytes of these.
+    pub bytes_sent: u64,
+    /// Packets that came.
+    pub packets_received: u64,
+    /// Packets for neighbours that were not there, dropped.
+    pub dropped: u64,
+}
+
+impl Spent {
+    fn idle(&mut self, lack: Lack) -> &mut u64 {
+        match lack {
+            Lack::Data => &mut self.idle_data_ns,
+            Lack::Answers => &mut self.idle_answers_ns,
+            Lack::Credit => &mut self.idle_credit_ns,
+            Lack::Tiles => &mut self.idle_work_ns,
+        }
+    }
+}
+
+/// How often overdue credit is asked for: links lose packets only when a neighbour comes or goes.
+const REMINDER: Duration = Duration::from_millis(250);
+/// How often whoever drives looks whether it is over.
+const LOOK: Duration = Duration::from_millis(50);
+/// How long a beginning waits for neighbours that are not there: one may be dead for good.
+const PATIENCE: Duration = Duration::from_secs(10);
+
+/// Runs an actor over a transport until `is_over`, which is asked between its steps.
+///
+/// A neighbour that is not there is a link that loses everything: what waits to be sent to it is dropped, so that nothing stands behind it. One that
+/// comes again as another process finds a link of which nothing was used.
+pub fn drive<'m, A: Actor<'m>, T: Transport>(
+    actor: &mut A,
+    transport: &mut T,
+    drive: &Drive,
+    mut is_over: impl FnMut(&mut A, &mut T) -> bool,
+) -> Spent {
+    let mut this = Driver {
+        transport,
+        packet: vec![0; drive.packet],
+        up: vec![false; usize::from(drive.ports)],
+        spent: Spent::default(),
+    };
+    let now = || nanoseconds(drive.start.elapsed());
+    let begin = now();
+    let all_there = |up: &[bool]| drive.joined.iter().all(|port| up[usize::from(port.0)]);
+    while !all_there(&this.up) && now() - begin < nanoseconds(PATIENCE) {
+        if is_over(actor, this.transport) {
+            return this.spent;
+        }
+        this.take(actor);
+        this.transport.wait(LOOK);
+    }
+    let mut last = now();
+    this.spent.start_ns = last - begin;
+    let mut remind = last + nanoseconds(REMINDER);
+    while !is_over(actor, this.transport) {
+        if last >= remind {
+            actor.router().remind();
+            remind = last + nanoseconds(REMINDER);
+        }
+        this.take(actor);
+        let taken = now();
+        let next = actor.poll(Time(taken));
+        this.spent.steps += 1;
+        let polled = now();
+        let sent = this.give(actor);
+        let given = now();
+        this.spent.busy_ns += polled - taken;
+        this.spent.network_ns += taken - last + (given - polled);
+        last = given;
+        // What has left has made room: the actor may go on.
+        if let Next::Wait { until, lack } = next
+            && !sent
+        {
+            let until = until.0.min(remind).min(given + nanoseconds(LOOK));
+            this.transport.wait(Duration::from_nanos(until.saturating_sub(given)));
+            last = now();
+            *this.spent.idle(lack) += last - given;
+        }
+    }
+    this.spent
+}
+
+struct Driver<'t, T> {
+    transport: &'t mut T,
+    packet: Vec<u8>,
+    /// By port: whether the neighbour is there.
+    up: Vec<bool>,
+    spent: Spent,
+}
+
+impl<T: Transport> Driver<'_, T> {
+    /// Takes what the network has brought.
+    fn take<'m>(&mut self, actor: &mut impl Actor<'m>) {
+        while let Some(event) = self.transport.next(&mut self.packet) {
+            let router = actor.router();
+            match event {
+                Event::Packet { port, len } => {
+                    self.spent.packets_received += 1;
+                    let packet = self.packet.get(..len).unwrap_or_default();
+                    let _ = router.receive(port, packet, |_| false);
+                }
+                Event::Up { port, is_new } => {
+                    if is_new {
+                        router.renew(port);
+                    }
+                    self.set(port, true);
+                }
+                Event::Down { port } => {
+                    self.set(port, false);
+                    self.spent.dropped += u64::from(router.cut(port));
+                }
+            }
+        }
+    }
+
+    fn set(&mut self, port: Port, is_up: bool) {
+        if let Some(place) = self.up.get_mut(usize::from(port.0)) {
+            *place = is_up;
+        }
+    }
+
+    /// Hands to the network what can leave: whether there was anything.
+    fn give<'m>(&mut self, actor: &mut impl Actor<'m>) -> bool {
+        let router = actor.router();
+        let mut any = false;
+        // What leaves by one port can let something leave by another.
+        loop {
+            let changed = router.take_changed();
+            if changed == 0 {
+                return any;
+            }
+            for (port, is_up) in (0..).map(Port).zip(&self.up) {
+                if changed & bit(port) == 0 {
+                    continue;
+                }
+                if !is_up {
+                    self.spent.dropped += u64::from(router.cut(port));
+                    continue;
+                }
+                while let Some(len) = router.transmit(port, &mut self.packet) {
+                    self.transport.send(port, self.packet.get(..len).unwrap_or_default());
+                    self.spent.packets_sent += 1;
+                    self.spent.bytes_sent += len as u64;
+                    any = true;
+                }
+            }
+        }
+    }
+}
+
+/// As routers have it: ports beyond the first 64 share bits with those before.
+fn bit(port: Port) -> u64 {
+    1 << (port.0 % 64)
+}
+
+fn nanoseconds(time: Duration) -> u64 {
+    u64::try_from(time.as_nanos()).unwrap_or(u64::MAX)
+}

@@ -1,0 +1,355 @@
+mod session;
+
+use std::collections::{BTreeMap, VecDeque};
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
+
+use kiloray_core::network::Port;
+use zenoh::liveliness::LivelinessToken;
+use zenoh::pubsub::{Publisher, Subscriber};
+use zenoh::qos::{CongestionControl, Priority};
+use zenoh::sample::{Sample, SampleKind};
+use zenoh::{Session, Wait};
+
+use crate::{Config, Error, Event, Frame, Identity, Job, Place, Transport};
+
+/// A place's end of a network of Zenoh sessions: a session for each process, which listens at the node's address and has a connection to each
+/// neighbour and to the host.
+///
+/// A link is a topic for each direction, over one connection and with one priority, so that packets keep their order: routers take one that was overtaken
+/// for lost. The credits of routers bound what is under way on a link, so that the engine never has to hold back or to drop anything; if it had to, it would drop it at once,
+/// and it would be sent again. What is urgent overtakes in the routers.
+///
+/// Who is there shows by liveliness tokens: a process subscribes to its links, then to tokens, then declares its own. So whoever sees it can
+/// send to it, and is known to it.
+#[derive(Debug)]
+pub struct Network {
+    session: Session,
+    name: String,
+    place: Place,
+    inbox: Receiver<Item>,
+    /// What was found there by whoever waited for something else.
+    waiting: VecDeque<Item>,
+    links: Vec<Option<Link>>,
+    shared: Arc<Shared>,
+    /// Those that are there, as far as they are connected to this one.
+    there: BTreeMap<Place, Identity>,
+    changes: Vec<(Identity, bool)>,
+    is_over: bool,
+    reports: Vec<Vec<u8>>,
+    _subscribers: Vec<Subscriber<()>>,
+    _token: LivelinessToken,
+}
+
+/// The sending half of a link.
+#[derive(Debug)]
+struct Link {
+    publisher: Publisher<'static>,
+}
+
+/// What the engine's threads and the one that drives know.
+#[derive(Debug)]
+struct Shared {
+    own: Identity,
+    /// The incarnation of the neighbour by each port, and [`THERE`]; 0 if nobody is there.
+    neighbours: Vec<AtomicU64>,
+    /// Messages that were no packets, or for or from another process.
+    foreign: AtomicU64,
+    /// Packets that found no room.
+    overflows: AtomicU64,
+}
+
+const THERE: u64 = 1 << 32;
+
+#[derive(Debug)]
+enum Item {
+    Packet(Port, Vec<u8>),
+    Change(Identity, bool),
+    Event(Event),
+    Over,
+    Report(Vec<u8>),
+}
+
+/// Packets that can wait for this process. Credit allows some tens; beyond are those of somebody who does not keep to it.
+const ROOM: usize = 4096;
+
+impl Network {
+    /// Takes a place in the network of a job.
+    ///
+    /// # Errors
+    /// [`Error::Network`]: the address is in use, or cannot be.
+    pub fn open(config: &Config, job: &Job, own: Identity) -> Result<Self, Error> {
+        let place = own.place;
+        let neighbours = job.neighbours(place);
+        let session = session::open(config, job, place)?;
+        let failed = |error: zenoh::Error| Error::Network(error.to_string());
+        let (sender, inbox) = sync_channel(ROOM);
+        let ports = usize::from(job.mesh.ports(place.id()));
+        let shared = Arc::new(Shared {
+            own: own.clone(),
+            neighbours: (0..ports).map(|_| AtomicU64::new(0)).collect(),
+            foreign: AtomicU64::new(0),
+            overflows: AtomicU64::new(0),
+        });
+        let prefix = format!("kiloray/{}", config.name);
+        let mut subscribers = Vec::new();
+        let mut links: Vec<Option<Link>> = (0..ports).map(|_| None).collect();
+        for &(port, far) in &neighbours {
+            let (shared, sender) = (Arc::clone(&shared), sender.clone());
+            let most = usize::from(job.layout.packet());
+            let subscriber = session
+                .declare_subscriber(format!("{prefix}/link/{far}/{place}"))
+                .callback(move |sample| shared.packet(&sender, port, most, &sample));
+            subscribers.push(subscriber.wait().map_err(failed)?);
+            let publisher = session
+                .declare_publisher(format!("{prefix}/link/{place}/{far}"))
+                .congestion_control(CongestionControl::Drop)
+                .priority(Priority::DataHigh)
+                .express(true)
+                .wait()
+                .map_err(failed)?;
+            if let Some(link) = links.get_mut(usize::from(port.0)) {
+                *link = Some(Link { publisher });
+            }
+        }
+        let topic = if place == Place::HOST { "report/*" } else { "over" };
+        let subscriber = session.declare_subscriber(format!("{prefix}/{topic}")).callback({
+            let sender = sender.clone();
+            move |sample| {
+                let bytes = sample.payload();
+                let item = match place {
+                    Place::HOST if bytes.len() <= crate::NodeReport::BYTES_MAX => {
+                        Item::Report(bytes.to_bytes().into_owned())
+                    }
+                    Place::HOST => return,
+                    _ => Item::Over,
+                };
+                let _ = sender.send(item);
+            }
+        });
+        subscribers.push(subscriber.wait().map_err(failed)?);
+        let tokens = format!("{prefix}/there");
+        let watch = Watch { shared: Arc::clone(&shared), neighbours, last: Mutex::default() };
+        let subscriber =
+            session.liveliness().declare_subscriber(format!("{tokens}/**")).history(true).callback(
+                {
+                    let tokens = format!("{tokens}/");
+                    move |sample: Sample| {
+                        let key = sample.key_expr().as_str().strip_prefix(&tokens);
+                        if let Some(identity) = key.and_then(Identity::from_key) {
+                            watch.change(&sender, identity, sample.kind() == SampleKind::Put);
+                        }
+                    }
+                },
+            );
+        subscribers.push(subscriber.wait().map_err(failed)?);
+        let token = session.liveliness().declare_token(format!("{tokens}/{}", own.to_key()));
+        let token = token.wait().map_err(failed)?;
+        Ok(Self {
+            session,
+            name: config.name.clone(),
+            place,
+            inbox,
+            waiting: VecDeque::new(),
+            links,
+            shared,
+            there: BTreeMap::new(),
+            changes: Vec::new(),
+            is_over: false,
+            reports: Vec::new(),
+            _subscribers: subscribers,
+            _token: token,
+        })
+    }
+
+    /// Waits for news of the others, so long at most. For those that do not look at packets yet, or any more.
+    pub fn wait_for_news(&mut self, most: Duration) {
+        let first = self.inbox.recv_timeout(most).ok();
+        let mut item = first;
+        while let Some(found) = item {
+            let rest = self.sort(found);
+            self.waiting.extend(rest);
+            item = self.inbox.try_recv().ok();
+        }
+    }
+
+    /// Who has come or gone since the last call, the oldest first: what it says of itself, and whether it is there now.
+    pub fn take_changes(&mut self) -> Vec<(Identity, bool)> {
+        std::mem::take(&mut self.changes)
+    }
+
+    /// What a place says of itself, if it is there.
+    #[must_use]
+    pub fn there(&self, place: Place) -> Option<&Identity> {
+        self.there.get(&place)
+    }
+
+    /// Whether the host has said that the picture is complete, or that nobody waits for it any more.
+    #[must_use]
+    pub const fn is_over(&self) -> bool {
+        self.is_over
+    }
+
+    /// The host says so.
+    ///
+    /// # Errors
+    /// [`Error::Network`].
+    pub fn say_over(&self) -> Result<(), Error> {
+        self.say("over".into(), Vec::new())
+    }
+
+    /// A node sends its report to the host.
+    ///
+    /// # Errors
+    /// [`Error::Network`].
+    pub fn report(&self, report: Vec<u8>) -> Result<(), Error> {
+        self.say(format!("report/{}", self.place), report)
+    }
+
+    /// Reports that have come since the last call.
+    pub fn take_reports(&mut self) -> Vec<Vec<u8>> {
+        std::mem::take(&mut self.reports)
+    }
+
+    /// Messages that were no packets, or were for or from a process that is not there any more.
+    #[must_use]
+    pub fn foreign(&self) -> u64 {
+        self.shared.foreign.load(Ordering::Relaxed) + self.shared.overflows.load(Ordering::Relaxed)
+    }
+
+    /// Leaves the network when all that was said has left.
+    pub fn close(self) {
+        let _ = self.session.close().wait();
+    }
+
+    fn say(&self, topic: String, bytes: Vec<u8>) -> Result<(), Error> {
+        let said = self
+            .session
+            .put(format!("kiloray/{}/{topic}", self.name), bytes)
+            .congestion_control(CongestionControl::Block)
+            .express(true)
+            .wait();
+        said.map_err(|error| Error::Network(error.to_string()))
+    }
+
+    /// Notes what does not concern links; gives what does.
+    fn sort(&mut self, item: Item) -> Option<Item> {
+        match item {
+            Item::Change(identity, is_there) => {
+                if is_there {
+                    self.there.insert(identity.place, identity.clone());
+                } else if self.there.get(&identity.place) == Some(&identity) {
+                    self.there.remove(&identity.place);
+                }
+                self.changes.push((identity, is_there));
+            }
+            Item::Over => self.is_over = true,
+            Item::Report(bytes) => self.reports.push(bytes),
+            Item::Packet(..) | Item::Event(_) => return Some(item),
+        }
+        None
+    }
+}
+
+impl Transport for Network {
+    fn next(&mut self, packet: &mut [u8]) -> Option<Event> {
+        loop {
+            let item = self.waiting.pop_front().or_else(|| self.inbox.try_recv().ok())?;
+            match self.sort(item) {
+                Some(Item::Event(event)) => return Some(event),
+                Some(Item::Packet(port, bytes)) => {
+                    // Its length was looked at when it came.
+                    let body = bytes.get(Frame::BYTES..).unwrap_or_default();
+                    if let Some(packet) = packet.get_mut(..body.len()) {
+                        packet.copy_from_slice(body);
+                        return Some(Event::Packet { port, len: body.len() });
+                    }
+                }
+                _ => {}
+            }
+        }
+    }
+
+    fn send(&mut self, port: Port, packet: &[u8]) {
+        let at = usize::from(port.0);
+        let (Some(Some(link)), Some(neighbour)) =
+            (self.links.get(at), self.shared.neighbours.get(at))
+        else {
+            return;
+        };
+        let neighbour = neighbour.load(Ordering::Acquire);
+        if neighbour & THERE == 0 {
+            return;
+        }
+        let frame = Frame { from: self.shared.own.incarnation, to: neighbour as u32 };
+        let mut bytes = Vec::with_capacity(Frame::BYTES + packet.len());
+        bytes.extend_from_slice(&frame.bytes());
+        bytes.extend_from_slice(packet);
+        // What cannot be sent is a packet lost.
+        let _ = link.publisher.put(bytes).wait();
+    }
+
+    fn wait(&mut self, most: Duration) {
+        if self.waiting.is_empty() {
+            self.waiting.extend(self.inbox.recv_timeout(most).ok());
+        }
+    }
+}
+
+impl Shared {
+    /// A message has come over a link, which holds packets of at most so many bytes.
+    fn packet(&self, sender: &SyncSender<Item>, port: Port, most: usize, sample: &Sample) {
+        let payload = sample.payload();
+        let known = self.neighbours.get(usize::from(port.0)).map(|n| n.load(Ordering::Acquire));
+        let bytes = (payload.len() <= Frame::BYTES + most).then(|| payload.to_bytes());
+        let frame = bytes.as_deref().and_then(Frame::split).map(|(frame, _)| frame);
+        let is_ours = frame.is_some_and(|frame| {
+            frame.to == self.own.incarnation && known == Some(THERE | u64::from(frame.from))
+        });
+        match bytes.filter(|_| is_ours) {
+            Some(bytes) => {
+                if sender.try_send(Item::Packet(port, bytes.into_owned())).is_err() {
+                    self.overflows.fetch_add(1, Ordering::Relaxed);
+                }
+            }
+            None => {
+                self.foreign.fetch_add(1, Ordering::Relaxed);
+            }
+        }
+    }
+}
+
+/// Sees who comes and goes.
+struct Watch {
+    shared: Arc<Shared>,
+    neighbours: Vec<(Port, Place)>,
+    /// The last incarnation at each place.
+    last: Mutex<BTreeMap<Place, u32>>,
+}
+
+impl Watch {
+    fn change(&self, sender: &SyncSender<Item>, identity: Identity, is_there: bool) {
+        let mut last = self.last.lock().unwrap_or_else(PoisonError::into_inner);
+        let (place, incarnation) = (identity.place, identity.incarnation);
+        let works_with_us = identity.differs(&self.shared.own).is_none();
+        let ports = self.neighbours.iter().filter(|(_, far)| *far == place && works_with_us);
+        for &(port, _) in ports {
+            let Some(state) = self.shared.neighbours.get(usize::from(port.0)) else { continue };
+            let value = THERE | u64::from(incarnation);
+            let event = if is_there {
+                let is_new = last.insert(place, incarnation) != Some(incarnation);
+                Event::Up { port, is_new }
+            } else if state.load(Ordering::Acquire) == value {
+                Event::Down { port }
+            } else {
+                continue;
+            };
+            // First the word, then the packets: they find a link that has begun anew.
+            let _ = sender.send(Item::Event(event));
+            state.store(if is_there { value } else { 0 }, Ordering::Release);
+        }
+        let _ = sender.send(Item::Change(identity, is_there));
+    }
+}

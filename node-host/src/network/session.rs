@@ -1,0 +1,58 @@
+use serde_json::json;
+use zenoh::{Session, Wait};
+
+use crate::{Config, Error, Job, Place};
+
+/// After so long without a sign of life a process counts as gone; one that ends is missed at once \[ms\].
+const LEASE_MS: u32 = 2000;
+
+/// Opens the session of a place: it listens where the configuration says, and knows nobody but those it names.
+pub(super) fn open(config: &Config, job: &Job, place: Place) -> Result<Session, Error> {
+    let (listen, connect) = endpoints(config, job, place)?;
+    let settings = json!({
+        "mode": "peer",
+        "listen": { "endpoints": listen, "exit_on_failure": true, "timeout_ms": 0 },
+        "connect": {
+            "endpoints": connect,
+            "exit_on_failure": false,
+            // For ever, beside all else.
+            "timeout_ms": -1,
+            "retry": { "period_init_ms": 20, "period_max_ms": 500, "period_increase_factor": 1.5 },
+        },
+        // Nobody is found that was not named.
+        "scouting": { "multicast": { "enabled": false }, "gossip": { "enabled": false } },
+        "open": { "return_conditions": { "connect_scouted": false, "declares": false } },
+        "transport": {
+            "unicast": { "accept_pending": 1000, "max_sessions": 1000 },
+            "link": { "tx": { "lease": LEASE_MS, "keep_alive": 4 } },
+            "shared_memory": { "enabled": false },
+        },
+    });
+    let config = zenoh::Config::from_json5(&settings.to_string())
+        .map_err(|error| Error::Network(error.to_string()))?;
+    zenoh::open(config).wait().map_err(|error| {
+        Error::Network(match listen.first() {
+            Some(address) => format!("cannot listen at {address}: {error}"),
+            None => error.to_string(),
+        })
+    })
+}
+
+/// Where a place listens, and to whom it connects: a node to those of its neighbours that have lesser numbers, the host to all.
+fn endpoints(
+    config: &Config,
+    job: &Job,
+    place: Place,
+) -> Result<(Vec<String>, Vec<String>), Error> {
+    let address = |place: Place| config.addresses.get(usize::from(place.id().0)).cloned();
+    if place == Place::HOST {
+        return Ok((Vec::new(), config.addresses.clone()));
+    }
+    let own = address(place).ok_or_else(|| {
+        let last = config.addresses.len().saturating_sub(1);
+        Error::Options(format!("there is no node {place}: the mesh has nodes 0 to {last}"))
+    })?;
+    let neighbours = job.neighbours(place).into_iter().map(|(_, far)| far);
+    let connect = neighbours.filter(|far| *far < place).filter_map(address).collect();
+    Ok((vec![own], connect))
+}

@@ -1,0 +1,110 @@
+use std::cell::RefCell;
+use std::io;
+use std::path::Path;
+use std::time::Instant;
+use std::{fs, process, thread};
+
+use kiloray_core::block::KiloView;
+use kiloray_core::network::NodeId;
+use kiloray_core::node::{Node, Picture};
+use kiloray_core::render::Neighbours;
+use kiloray_core::store::{Arena, CHUNK_BYTES, Chunk};
+use kiloray_scene::kilo::KiloFile;
+use kiloray_simd::Auto;
+
+use crate::drive::Drive;
+use crate::supervisor::FOLDER_PREFIX;
+use crate::{Config, Error, Job, Network, NodeReport, Place, drive};
+
+/// A node's life: it takes its place in the network, works until the host says that it is over, and reports.
+///
+/// `incarnation` tells it from others that were or will be at its place. Unless it `is_tied` to a supervisor ([`tie`]), it ends also when the host is gone.
+///
+/// # Errors
+/// [`Error`], for what cannot begin.
+pub fn run_node(config: &Config, node: u16, incarnation: u32, is_tied: bool) -> Result<(), Error> {
+    let start = Instant::now();
+    let here = NodeId(node);
+    let place = Place::new(here);
+    let file = KiloFile::map(&config.scene)?;
+    let file = file.view();
+    let job = Job::new(config, &file)?;
+    let (Some(plan), Some(&budget)) =
+        (job.layout.plans.get(usize::from(node)), job.layout.budgets.get(usize::from(node)))
+    else {
+        let last = job.layout.plans.len().saturating_sub(1);
+        return Err(Error::Options(format!(
+            "there is no node {node}: the mesh has nodes 0 to {last}"
+        )));
+    };
+    check_share(&config.scene, &file, &job, here)?;
+
+    let mut chunks = vec![Chunk::ZERO; config.mesh.memory / CHUNK_BYTES];
+    let room = RefCell::new(Neighbours::new());
+    let world =
+        Picture::new(Auto::detect(), job.shader(&file), job.camera, job.tiling(), file.limits())
+            .together_in(&room);
+    let rom = job.layout.rom(&file, here);
+    let mut arena = Arena::new(&mut chunks);
+    let mut actor = Node::new(&mut arena, plan, budget, job.layout.settings, rom, job.mesh, world)?;
+
+    let identity = job.identity(&file, place, incarnation);
+    let mut network = Network::open(config, &job, identity)?;
+    let mut host_is_gone = false;
+    let time = drive(&mut actor, &mut network, &Drive::new(start, &job, place), |_, network| {
+        for (identity, is_there) in network.take_changes() {
+            host_is_gone |= !is_tied && identity.place == Place::HOST && !is_there;
+        }
+        host_is_gone || network.is_over()
+    });
+    if !host_is_gone {
+        let budget = actor.budget();
+        let report = NodeReport {
+            node,
+            incarnation,
+            counts: actor.counts(),
+            time,
+            memory: budget.memory(),
+            peak_bytes: budget.peak_bytes(),
+            lines: NodeReport::lines(&budget),
+            owned_blocks: job.layout.owned(here),
+            foreign: network.foreign(),
+        };
+        let report = serde_json::to_vec(&report).map_err(|e| Error::Network(e.to_string()))?;
+        network.report(report)?;
+    }
+    network.close();
+    Ok(())
+}
+
+/// Ties this process to the one that holds the other end of its standard input: when that is closed, as it is by the death of whoever held it,
+/// this one ends, and removes the directory that a supervisor made for its nodes.
+pub fn tie(config: &Path) {
+    let folder = config.parent().map(Path::to_owned);
+    thread::spawn(move || {
+        // What comes is of no interest, how it ends neither.
+        let _ = io::copy(&mut io::stdin().lock(), &mut io::sink());
+        let name = folder.as_deref().and_then(Path::file_name).and_then(|name| name.to_str());
+        if let Some(folder) = &folder
+            && name.is_some_and(|name| name.starts_with(FOLDER_PREFIX))
+        {
+            let _ = fs::remove_dir_all(folder);
+        }
+        // Not `exit`: it would wait for the engine's threads, and whatever is half done is of no use to anybody.
+        #[cfg(unix)]
+        let _ =
+            rustix::process::kill_process(rustix::process::getpid(), rustix::process::Signal::KILL);
+        process::exit(0);
+    });
+}
+
+/// Checks the blocks that a node reads in place, once, and no others.
+fn check_share(path: &Path, file: &KiloView<'_>, job: &Job, here: NodeId) -> Result<(), Error> {
+    let held = |block: &u32| job.layout.settings.placement.holds(here, *block);
+    for block in (0..file.blocks()).filter(held) {
+        file.check_block(block)
+            .and_then(|view| file.check_refs(&view))
+            .map_err(|error| Error::Share { path: path.into(), error })?;
+    }
+    Ok(())
+}

@@ -1,0 +1,35 @@
+//! What comes from outside is read whatever it is.
+
+use proptest::prelude::*;
+
+use crate::{Config, Frame, Identity, NodeReport};
+
+proptest! {
+    #[test]
+    fn any_bytes_are_a_frame_or_too_short(bytes: Vec<u8>) {
+        let split = Frame::split(&bytes);
+        prop_assert_eq!(split.is_some(), bytes.len() >= Frame::BYTES);
+        if let Some((frame, packet)) = split {
+            let again: Vec<u8> = frame.bytes().into_iter().chain(packet.iter().copied()).collect();
+            prop_assert_eq!(again, bytes);
+        }
+    }
+
+    #[test]
+    fn any_words_are_an_identity_or_none(key in "[0-9a-f/.host]{0,60}") {
+        if let Some(identity) = Identity::from_key(&key) {
+            prop_assert_eq!(Identity::from_key(&identity.to_key()), Some(identity));
+        }
+    }
+
+    #[test]
+    fn any_words_are_a_report_or_none(bytes: Vec<u8>, text in r#"[{}\[\]":,a-z0-9]{0,80}"#) {
+        prop_assert!(NodeReport::parse(&bytes).is_none());
+        prop_assert!(NodeReport::parse(text.as_bytes()).is_none());
+    }
+
+    #[test]
+    fn any_words_are_a_configuration_or_refused(text in r#"[a-z= '\[\]\n0-9.]{0,80}"#) {
+        prop_assert!(Config::parse(&text).is_err());
+    }
+}

@@ -1,0 +1,53 @@
+use kiloray_core::block::KiloView;
+use kiloray_core::network::{HOST, Mesh, NodeId};
+use kiloray_core::node::Time;
+use kiloray_core::store::BudgetError;
+use kiloray_render::{MeshLayout, MeshOptions};
+
+use crate::{Link, Options, Profile};
+
+/// Divides a run, with time limits that suit its links.
+pub(crate) fn layout(file: &KiloView<'_>, options: &Options) -> Result<MeshLayout, BudgetError> {
+    let (link, mesh) = (&options.link, Mesh::new(options.topology));
+    MeshLayout::new(file, &options.divided(), |packet| {
+        (patience(link, &options.profile, packet, &mesh), bundle_age(link, packet))
+    })
+}
+
+impl Options {
+    /// What decides how the run is divided.
+    fn divided(&self) -> MeshOptions {
+        MeshOptions {
+            width: self.width,
+            height: self.height,
+            settings: self.settings,
+            topology: self.topology,
+            memory: self.memory,
+            packet: self.link.packet,
+            schedule: self.schedule,
+            dealing: self.dealing,
+            top: self.top,
+            replicas: self.replicas,
+            prefetch: self.prefetch,
+            order: self.order,
+            group: self.group,
+            refusals: self.refusals,
+            tile: self.tile,
+            owned_in_arena: self.owned_in_arena,
+        }
+    }
+}
+
+/// How long a request may stay unanswered at first: many times the way across the mesh and what a node does between two looks
+/// at its messages. Nodes adapt it to what they see.
+fn patience(link: &Link, profile: &Profile, packet: usize, mesh: &Mesh) -> Time {
+    let across = u64::from(mesh.distance(HOST, mesh.topology().antipode()))
+        + u64::from(mesh.topology().distance(NodeId(0), mesh.topology().antipode()));
+    let way = across.saturating_mul(link.latency.saturating_add(link.duration(packet)));
+    Time(way.saturating_mul(16).saturating_add((profile.typical_ray() * 1000.0) as u64))
+}
+
+/// How long messages wait for others to the same node: as long as a packet is on its way to the next.
+fn bundle_age(link: &Link, packet: usize) -> Time {
+    Time(link.latency.saturating_add(link.duration(packet)).saturating_mul(2))
+}

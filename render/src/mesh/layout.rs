@@ -1,0 +1,207 @@
+use kiloray_core::block::KiloView;
+use kiloray_core::network::{HOST, Mesh, NodeId, PacketHeader, RouterSize, Topology};
+use kiloray_core::node::{
+    Dealing, NodeNeeds, NodePlan, Placement, Prefetch, Rom, Schedule, Settings, TaskOrder, Time,
+};
+use kiloray_core::shade::{self, Shader, Tables};
+use kiloray_core::store::{Budget, BudgetError};
+
+/// What decides how a run is divided among the nodes of a mesh.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MeshOptions {
+    /// Columns of the picture.
+    pub width: u32,
+    /// Rows of the picture.
+    pub height: u32,
+    /// Samples, bounces and seed of the picture.
+    pub settings: shade::Settings,
+    /// How the nodes are joined, and how many there are.
+    pub topology: Topology,
+    /// Bytes for everything that a node holds.
+    pub memory: usize,
+    /// Greatest packet, its header included \[bytes\]; 0: by the [memory](NodePlan::packet) of a node.
+    pub packet: u16,
+    /// Which rays go where.
+    pub schedule: Schedule,
+    /// How blocks are dealt out to nodes.
+    pub dealing: Dealing,
+    /// Blocks that every node has; `None` for as many as suit the scene.
+    pub top: Option<u32>,
+    /// Copies of each other block.
+    pub replicas: u16,
+    /// How many blocks are fetched ahead for a bundle.
+    pub prefetch: Prefetch,
+    /// Which of the waiting rays goes on first.
+    pub order: TaskOrder,
+    /// Nodes for each sub-master; 0 for none: all ask the host.
+    pub group: u16,
+    /// Refusals of a ray after which the node that sent it runs it itself.
+    pub refusals: u8,
+    /// Side of a tile \[pixels\]; `None` for what suits the picture, the mesh and the memory.
+    pub tile: Option<u16>,
+    /// The blocks that a node owns take part of its memory too.
+    pub owned_in_arena: bool,
+}
+
+impl MeshOptions {
+    /// A picture on a mesh, with all else as it is by default.
+    #[must_use]
+    pub fn new(width: u32, height: u32, topology: Topology) -> Self {
+        Self {
+            width,
+            height,
+            settings: shade::Settings::default(),
+            topology,
+            memory: 256 << 10,
+            packet: 0,
+            schedule: Schedule::Hybrid,
+            dealing: Dealing::Subtrees,
+            top: None,
+            replicas: 1,
+            // Fetching ahead has not paid on any scene measured.
+            prefetch: Prefetch::Nearest(0),
+            order: TaskOrder::Ready,
+            group: 0,
+            refusals: 3,
+            tile: None,
+            owned_in_arena: false,
+        }
+    }
+}
+
+/// How a run is divided: blocks among nodes, the memory of each node, the picture into tiles.
+///
+/// It follows from the scene and the options alone: whoever has them finds the same.
+#[derive(Debug, Clone)]
+pub struct MeshLayout {
+    /// What all nodes share.
+    pub settings: Settings,
+    /// How the memory of each node is divided.
+    pub plans: Vec<NodePlan>,
+    /// The same, line by line.
+    pub budgets: Vec<Budget>,
+    block_bytes: usize,
+}
+
+/// Of the blocks every node has this part, those nearest to the root: more of it is read by most rays.
+const TOP_PART: u32 = 64;
+/// Tiles for each node, where the picture has so many pixels.
+const TILES_PER_NODE: u32 = 16;
+/// Greatest and least side of a tile.
+const SIDES: [u32; 4] = [32, 16, 8, 4];
+/// The part of the memory that the sums of a tile may take.
+const TILE_PART: usize = 8;
+
+impl MeshLayout {
+    /// Divides all. `pace` says, of the greatest packet with its header, the first [`patience`](Settings::patience) of nodes and the
+    /// [greatest age](Settings::bundle_age) of their bundles of messages.
+    ///
+    /// # Errors
+    /// [`BudgetError`] if the memory is too small.
+    pub fn new(
+        file: &KiloView<'_>,
+        options: &MeshOptions,
+        pace: impl FnOnce(usize) -> (Time, Time),
+    ) -> Result<Self, BudgetError> {
+        let mesh = Mesh::new(options.topology);
+        let nodes = mesh.nodes();
+        let placement = Placement {
+            dealing: options.dealing,
+            blocks: file.blocks(),
+            nodes,
+            top: options.top.unwrap_or(file.blocks() / TOP_PART).max(1).min(file.blocks()),
+            replicas: options.replicas,
+        };
+        let block_bytes = file.limits().block_bytes;
+        let splits = Shader::new(Tables::of(file), options.settings).splits(0);
+        let side = options.tile.map_or_else(|| side(options, nodes), u32::from).max(1);
+        let mut plans = Vec::with_capacity(usize::from(nodes));
+        let mut budgets = Vec::with_capacity(usize::from(nodes));
+        for here in (0..nodes).map(NodeId) {
+            let owned = placement.held(here) as usize;
+            let needs = NodeNeeds {
+                mesh,
+                here,
+                block_bytes,
+                remote: file.blocks() as usize - owned,
+                owned: if options.owned_in_arena { owned } else { 0 },
+                splits,
+                schedule: options.schedule,
+                side: side as usize,
+                packet: usize::from(options.packet).saturating_sub(PacketHeader::BYTES),
+                depth: 0,
+            };
+            let plan = NodePlan::new(options.memory, &needs)?;
+            budgets.push(plan.budget(options.memory)?);
+            plans.push(plan);
+        }
+        let packet = plans.first().map_or(0, NodePlan::payload) + PacketHeader::BYTES;
+        let (patience, bundle_age) = pace(packet);
+        let settings = Settings {
+            schedule: options.schedule,
+            placement,
+            refusals: options.refusals,
+            prefetch: options.prefetch,
+            order: options.order,
+            patience,
+            bundle_age,
+            group: options.group,
+        };
+        Ok(Self { settings, plans, budgets, block_bytes })
+    }
+
+    /// Side of a tile.
+    #[must_use]
+    pub fn side(&self) -> u32 {
+        self.plans.first().map_or(1, |plan| plan.side as u32)
+    }
+
+    /// Greatest packet, header included \[bytes\].
+    #[must_use]
+    pub fn packet(&self) -> u16 {
+        let payload = self.plans.first().map_or(0, NodePlan::payload);
+        (payload + PacketHeader::BYTES).min(usize::from(u16::MAX)) as u16
+    }
+
+    /// The blocks that a node reads in place.
+    #[must_use]
+    pub fn rom<'a>(&self, file: &KiloView<'a>, here: NodeId) -> Rom<'a> {
+        Rom::of_file(file.block_section(), self.block_bytes, self.settings.placement, here)
+    }
+
+    /// How many blocks a node reads in place.
+    #[must_use]
+    pub fn owned(&self, here: NodeId) -> u32 {
+        self.settings.placement.held(here)
+    }
+
+    /// The host's end of the network is as deep as the nodes'.
+    #[must_use]
+    pub fn host_router(&self, mesh: &Mesh) -> RouterSize {
+        let (depth, payload) =
+            self.plans.first().map_or((1, 1), |plan| (plan.router.depth, plan.router.payload));
+        RouterSize::new(mesh, HOST, depth, payload)
+    }
+
+    /// Who asks the host for tiles.
+    #[must_use]
+    pub fn askers(&self) -> u32 {
+        let nodes = self.plans.len() as u32;
+        match self.settings.group {
+            0 => nodes,
+            group => nodes.div_ceil(u32::from(group)),
+        }
+    }
+}
+
+/// The greatest side with which every node has some tiles, and which the memory holds.
+fn side(options: &MeshOptions, nodes: u16) -> u32 {
+    let pixels = u64::from(options.width) * u64::from(options.height);
+    let fits = |side: &u32| {
+        let area = u64::from(side * side);
+        let sums = area as usize * size_of::<shade::Sum>();
+        pixels >= area * u64::from(TILES_PER_NODE) * u64::from(nodes)
+            && sums <= options.memory / TILE_PART
+    };
+    SIDES.into_iter().find(fits).unwrap_or(SIDES[SIDES.len() - 1])
+}
