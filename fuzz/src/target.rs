@@ -5,7 +5,7 @@ use kiloray_scene::compile::{Options, compile};
 use kiloray_scene::import::{self, ImportOptions, Limits};
 use kiloray_scene::kilo::KiloFile;
 
-use crate::{mesh, node};
+use crate::{link, mesh, node};
 
 /// A parser, and how it is fed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -30,11 +30,15 @@ pub enum Target {
     Ray,
     /// All that a node of a mesh is told while it renders.
     Node,
+    /// Bytes of a serial line.
+    Frame,
+    /// The setup of a run and a node's share of the scene.
+    Begin,
 }
 
 impl Target {
     /// All of them.
-    pub const ALL: [Self; 10] = [
+    pub const ALL: [Self; 12] = [
         Self::Rad,
         Self::Obj,
         Self::Mtl,
@@ -45,6 +49,8 @@ impl Target {
         Self::Packet,
         Self::Ray,
         Self::Node,
+        Self::Frame,
+        Self::Begin,
     ];
 
     /// Its name on the command line and in the corpus.
@@ -61,13 +67,18 @@ impl Target {
             Self::Packet => "packet",
             Self::Ray => "ray",
             Self::Node => "node",
+            Self::Frame => "frame",
+            Self::Begin => "begin",
         }
     }
 
     /// Whether its inputs are words.
     #[must_use]
     pub const fn is_text(self) -> bool {
-        !matches!(self, Self::Kilo | Self::Packet | Self::Ray | Self::Node)
+        !matches!(
+            self,
+            Self::Kilo | Self::Packet | Self::Ray | Self::Node | Self::Frame | Self::Begin
+        )
     }
 
     /// The target of this name.
@@ -100,6 +111,8 @@ impl Target {
             Self::Packet => mesh::feed_packet(input),
             Self::Ray => mesh::feed_ray(input),
             Self::Node => node::feed(input),
+            Self::Frame => link::feed_frames(input),
+            Self::Begin => link::feed_begin(input),
             Self::Compile => {
                 write(dir, "a.rad", input);
                 let options = ImportOptions { limits: limits(), ..ImportOptions::default() };

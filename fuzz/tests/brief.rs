@@ -62,6 +62,16 @@ fn node() {
     brief(Target::Node, 200);
 }
 
+#[test]
+fn frame() {
+    brief(Target::Frame, 3000);
+}
+
+#[test]
+fn begin() {
+    brief(Target::Begin, 300);
+}
+
 /// The seeds bring a node to all that it can do.
 #[test]
 fn a_node_renders_what_it_is_told_to() {

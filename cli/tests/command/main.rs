@@ -1,5 +1,6 @@
 //! The command as a person meets it: the real binary, its exit codes, messages and files.
 
+mod board;
 mod compare;
 mod compile;
 #[cfg(feature = "host")]

@@ -3,7 +3,7 @@
 use std::{
     cell::Cell,
     future::{Future, pending, poll_fn},
-    os::unix::net::UnixStream,
+    net::TcpStream,
     pin::pin,
     task::Poll,
     time::{Duration, Instant},
@@ -47,7 +47,7 @@ pub(super) fn host(
     mesh: Mesh,
     setup: &Setup,
     ledger: Ledger,
-    links: Vec<UnixStream>,
+    links: Vec<TcpStream>,
     look: &mut dyn FnMut(u64) -> Outcome<bool>,
 ) -> Outcome<Done> {
     match links.len() {
@@ -60,7 +60,7 @@ fn with_links<const N: usize>(
     mesh: Mesh,
     setup: &Setup,
     ledger: Ledger,
-    links: Vec<UnixStream>,
+    links: Vec<TcpStream>,
     look: &mut dyn FnMut(u64) -> Outcome<bool>,
 ) -> Outcome<Done> {
     let size = RouterSize::new(&mesh, HOST, setup.depth, setup.payload);

@@ -71,6 +71,7 @@ pub(super) fn run(board: &args::Board) -> Outcome {
     }
     refuse_foreign(common)?;
     let mesh = mesh(board)?;
+    emulator::is_there()?;
     let scene = scene::load(&board.scene.scenes, common.block, BLOCK, quiet)?
         .with_view(common.view.as_ref());
     let options = options(board, &scene)?;

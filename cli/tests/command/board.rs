@@ -1,0 +1,27 @@
+//! `kiloray board`, as far as it goes without boards; with them see `node-board/ring`.
+
+use crate::support::Folder;
+
+#[test]
+fn a_mesh_that_cannot_be_wired_is_refused() {
+    let folder = Folder::new();
+    folder.run("board cornell --topology star").refused(2, &["--topology star", "ring"]);
+    folder.run("board cornell --qemu 9 --topology mesh:3x3").refused(2, &["4 links", "has 3"]);
+    folder.run("board cornell --qemu 0").refused(2, &["1 to"]);
+    folder.run("board cornell --machine pc").refused(2, &["mps2-an386", "lm3s6965evb"]);
+    folder.run("board cornell --memory 64KiB").refused(2, &["--memory", "firmware"]);
+    folder.run("board cornell -o cornell.gif").refused(2, &["cornell.gif"]);
+    assert!(folder.names().is_empty(), "something is left behind");
+}
+
+#[test]
+fn a_share_is_written_for_a_node_that_exists() {
+    let folder = Folder::new();
+    folder.run("compile glass --block 1KiB --nodes 4 --for-node 3 -o node3.bin --quiet").done();
+    assert_eq!(folder.names(), ["node3.bin"]);
+    let compile = "compile glass --nodes 4 -o node.bin --for-node";
+    folder.run(&format!("{compile} 4")).refused(2, &["--for-node 4", "from 0 to 3"]);
+    folder.run("compile glass -o node.bin --for-node 0").refused(2, &["--nodes"]);
+    folder.run("compile glass --nodes 4 --for-node 0").refused(2, &["--output"]);
+    assert_eq!(folder.names(), ["node3.bin"]);
+}
