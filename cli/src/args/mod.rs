@@ -2,6 +2,7 @@
 
 mod axis;
 mod division;
+pub(crate) mod firmware;
 mod mesh;
 mod options;
 mod parse;
@@ -288,6 +289,9 @@ pub(crate) struct Plan {
     /// Memory of the node, as in 64KiB
     #[arg(long, value_name = "SIZE", value_parser = size::parse_bytes, default_value = "64KiB")]
     pub(crate) memory: u64,
+    /// All RAM of a board, as in 64KiB: the memory is what the firmware's statics and stack leave of it
+    #[arg(long, value_name = "SIZE", value_parser = size::parse_bytes, conflicts_with = "memory")]
+    pub(crate) ram: Option<u64>,
     /// Size of a block: 1KiB to 64KiB, a power of two
     #[arg(long, value_name = "SIZE", value_parser = options::block)]
     pub(crate) block: Option<u32>,

@@ -2,7 +2,7 @@ use std::ffi::OsString;
 
 use clap::{CommandFactory, FromArgMatches, error::ErrorKind};
 
-use super::{Arguments, Command, axis, mesh};
+use super::{Arguments, Command, axis, firmware, mesh};
 use crate::{
     console,
     failure::{Failure, Outcome},
@@ -31,7 +31,12 @@ fn read(arguments: &[OsString]) -> Result<Arguments, clap::Error> {
     let mut read = Arguments::from_arg_matches(&matches)?;
     match (&mut read.command, matches.subcommand()) {
         (Some(Command::Sweep(sweep)), Some((_, matches))) => sweep.typed = axis::typed(matches),
-        (Some(Command::Plan(plan)), Some((_, matches))) => plan.is_mesh = mesh::is_typed(matches),
+        (Some(Command::Plan(plan)), Some((_, matches))) => {
+            plan.is_mesh = mesh::is_typed(matches);
+            if let Some(ram) = plan.ram {
+                plan.memory = ram.saturating_sub(firmware::STATICS + firmware::STACK);
+            }
+        }
         _ => {}
     }
     Ok(read)
