@@ -4,18 +4,21 @@ use crate::geometry::Ray;
 use crate::path::PathKey;
 use crate::random::{Purpose, Sequence};
 use crate::scene::{View, ViewKind};
+use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 
-/// A view and the size of its picture, prepared for making rays.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// A view and the size of its picture, prepared for making rays: plain data, so that one machine prepares it for all.
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+#[repr(C)]
 pub struct Camera {
-    parallel: bool,
-    position: Vec3,
-    direction: Vec3,
+    /// A [`ViewKind`].
+    kind: u32,
+    position: [f32; 3],
+    direction: [f32; 3],
     /// The width of the picture, at distance 1 where it is a perspective.
-    right: Vec3,
+    right: [f32; 3],
     /// Its height.
-    up: Vec3,
+    up: [f32; 3],
     /// Shift and lift, in widths and heights.
     offset: [f32; 2],
     clip: [f32; 2],
@@ -33,12 +36,13 @@ impl Camera {
         let right = unit(direction.cross(unit(Vec3::from(view.up))?))?;
         let up = right.cross(direction);
         let [h, v] = view.size.map(|size| if parallel { size } else { 2.0 * tan_half(size) });
+        let (right, up) = (right * h, up * v);
         let camera = Self {
-            parallel,
-            position: Vec3::from(view.position),
-            direction,
-            right: right * h,
-            up: up * v,
+            kind: view.kind,
+            position: view.position,
+            direction: direction.to_array(),
+            right: right.to_array(),
+            up: up.to_array(),
             offset: view.offset,
             clip: view.clip,
             step: [1.0 / width as f32, 1.0 / height as f32],
@@ -48,9 +52,9 @@ impl Camera {
             && (parallel || view.size.iter().all(|&size| size < 180.0))
             && h > 0.0
             && v > 0.0
-            && camera.position.is_finite()
-            && camera.right.is_finite()
-            && camera.up.is_finite()
+            && view.position.iter().all(|x| x.is_finite())
+            && right.is_finite()
+            && up.is_finite()
             && view.offset.iter().chain(&view.clip).all(|x| x.is_finite());
         valid.then_some(camera)
     }
@@ -68,14 +72,16 @@ impl Camera {
     /// The ray through a place of the picture: `(0, 0)` is its upper left corner, `(1, 1)` the lower right.
     #[must_use]
     pub fn ray_at(&self, x: f32, y: f32) -> Ray {
-        let aside = self.right * (x - 0.5 + self.offset[0]) + self.up * (0.5 - y + self.offset[1]);
+        let [position, forward, right, up] =
+            [self.position, self.direction, self.right, self.up].map(Vec3::from);
+        let aside = right * (x - 0.5 + self.offset[0]) + up * (0.5 - y + self.offset[1]);
         // Clipping planes are at right angles to the view: in units of an oblique ray they are farther.
-        let (origin, direction, scale) = if self.parallel {
-            (self.position + aside, self.direction, 1.0)
+        let (origin, direction, scale) = if self.kind == ViewKind::Parallel as u32 {
+            (position + aside, forward, 1.0)
         } else {
-            let direction = self.direction + aside;
+            let direction = forward + aside;
             let len = libm::sqrtf(direction.dot(direction));
-            (self.position, direction / len, len)
+            (position, direction / len, len)
         };
         let [fore, aft] = self.clip;
         Ray {

@@ -73,6 +73,10 @@ impl Hit {
     pub fn surface(&self, ray: &Ray) -> SurfacePoint {
         match self.primitive {
             Primitive::Triangle { vertices, .. } => on_triangle(vertices, self.b1, self.b2),
+            // Without spheres nothing has made such a hit: any point will do.
+            Primitive::Sphere { center, .. } if !cfg!(feature = "sphere") => {
+                on_triangle([center; 3], self.b1, self.b2)
+            }
             Primitive::Sphere { center, radius, inward } => {
                 on_sphere(ray, self.t, center, radius, inward)
             }

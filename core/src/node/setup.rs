@@ -5,7 +5,7 @@ use super::{
 };
 use crate::network::{Grid, Mesh, Topology};
 use crate::render::Tiling;
-use crate::scene::{Needs, View};
+use crate::scene::Needs;
 use crate::shade::{self, SPLITS, Shader, Tables};
 use crate::store::{Arena, ArenaFull, BudgetError, Chunk};
 use crate::trace::Tracer;
@@ -56,8 +56,8 @@ pub struct Setup {
     pub bounces: u8,
     /// See [`Settings::refusals`].
     pub refusals: u8,
-    /// The camera.
-    pub view: View,
+    /// The camera, prepared for these columns and rows.
+    pub camera: Camera,
 }
 
 /// Why a node cannot begin.
@@ -67,8 +67,6 @@ pub enum SetupError {
     Setup,
     /// It is of another scene, or of another number of nodes, than the share.
     Scene,
-    /// The view shows nothing.
-    View,
     /// The memory is too small.
     Memory(BudgetError),
     /// The memory is not what was planned.
@@ -208,9 +206,8 @@ impl Setup {
         let tables =
             Tables { materials: file.materials(), lights: file.lights(), needs: *file.needs() };
         let shader = Shader::new(tables, self.shading());
-        let camera = Camera::new(&self.view, self.width, self.height).ok_or(SetupError::View)?;
         let tiling = Tiling::new(self.width, self.height, u32::from(self.side));
-        let world = Picture::new(tracer, shader, camera, tiling, file.limits());
+        let world = Picture::new(tracer, shader, self.camera, tiling, file.limits());
         let mesh = self.mesh().ok_or(SetupError::Setup)?;
         let settings = self.settings(share);
         Node::new(&mut Arena::new(memory), &plan, budget, settings, *share.rom(), mesh, world)
@@ -241,7 +238,6 @@ impl core::fmt::Display for SetupError {
         match self {
             Self::Setup => f.write_str("the setup is of another version, or damaged"),
             Self::Scene => f.write_str("the node's share is of another scene or mesh"),
-            Self::View => f.write_str("the view shows nothing"),
             Self::Memory(error) => error.fmt(f),
             Self::Arena(error) => error.fmt(f),
         }

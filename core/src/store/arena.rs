@@ -58,7 +58,16 @@ impl<'a> Arena<'a> {
     /// [`ArenaFull`] if fewer bytes are left; nothing is taken then.
     pub fn carve<T: Pod>(&mut self, len: usize) -> Result<&'a mut [T], ArenaFull> {
         const { assert!(align_of::<T>() <= CHUNK_BYTES && size_of::<T>() > 0) };
-        let need = Self::bytes_of::<T>(len);
+        let bytes = self.carve_bytes(size_of::<T>().saturating_mul(len))?;
+        // It cannot fail: the bytes are those of `len` values, and a chunk is aligned for any `T`.
+        let full = ArenaFull { need: bytes.len(), have: 0 };
+        bytemuck::try_cast_slice_mut(bytes).map_err(|_| full)
+    }
+
+    /// What all types have in common: it is in the code once.
+    #[inline(never)]
+    fn carve_bytes(&mut self, bytes: usize) -> Result<&'a mut [u8], ArenaFull> {
+        let need = round_up(bytes);
         let full = ArenaFull { need, have: self.free_bytes() };
         let free = core::mem::take(&mut self.free);
         if need / CHUNK_BYTES > free.len() {
@@ -68,11 +77,7 @@ impl<'a> Arena<'a> {
         let (line, rest) = free.split_at_mut(need / CHUNK_BYTES);
         self.free = rest;
         line.fill(Chunk::ZERO);
-        // Neither step can fail: the bytes are there, and a chunk is aligned for any `T`.
-        bytemuck::cast_slice_mut::<Chunk, u8>(line)
-            .get_mut(..size_of::<T>().saturating_mul(len))
-            .and_then(|bytes| bytemuck::try_cast_slice_mut(bytes).ok())
-            .ok_or(full)
+        bytemuck::cast_slice_mut::<Chunk, u8>(line).get_mut(..bytes).ok_or(full)
     }
 }
 

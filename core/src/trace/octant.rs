@@ -11,7 +11,8 @@ pub type Octants = [u8; 64];
 static FLIPS: [Octants; 8] = flips();
 
 /// For each flip and mask of slots, the mask in the order of visits: bit `k` is slot `k ^ flip`.
-pub(super) static ORDER: [[u8; 256]; 8] = order();
+#[cfg(feature = "tables")]
+static ORDER: [[u8; 256]; 8] = order();
 
 /// The flips of a ray.
 #[inline(always)]
@@ -46,6 +47,7 @@ const fn flips() -> [Octants; 8] {
     table
 }
 
+#[cfg(feature = "tables")]
 #[allow(clippy::indexing_slicing, reason = "evaluated while compiling")]
 const fn order() -> [[u8; 256]; 8] {
     let mut table = [[0; 256]; 8];
@@ -66,6 +68,18 @@ const fn order() -> [[u8; 256]; 8] {
 }
 
 /// The mask of slots in the order of visits.
+#[cfg(not(feature = "tables"))]
+#[inline(always)]
+pub(super) fn ordered(mask: u32, flip: u8) -> u32 {
+    let flip = u32::from(flip);
+    let exchange = |mask: u32, by: u32, low: u32| {
+        if flip & by != 0 { (mask & low) << by | mask >> by & low } else { mask }
+    };
+    exchange(exchange(exchange(mask & 255, 1, 0x55), 2, 0x33), 4, 0x0f)
+}
+
+/// The mask of slots in the order of visits.
+#[cfg(feature = "tables")]
 #[inline(always)]
 pub(super) fn ordered(mask: u32, flip: u8) -> u32 {
     ORDER

@@ -16,6 +16,7 @@ use kiloray_core::{
     network::{Mesh, NodeId, Topology},
     node::{Dealing, Placement, Schedule, Setup, Time},
     shade::{self, Shader, Tables},
+    view::Camera,
 };
 use kiloray_render::{Ledger, Options};
 use kiloray_scene::kilo;
@@ -82,7 +83,7 @@ pub(super) fn run(board: &args::Board) -> Outcome {
     let json_out = common.json.as_deref().map(Output::create).transpose()?;
     scene.print_notes(quiet);
 
-    let (placement, setup) = (placement(&scene, &mesh), setup(&scene, &options, &mesh));
+    let (placement, setup) = (placement(&scene, &mesh), setup(&scene, &options, &mesh)?);
     let parts = parts(board, &scene, &placement)?;
     let ledger = ledger(&scene, &options, &setup, &mesh)?;
     let folder = tempfile::tempdir().map_err(|error| Failure::io(Path::new("/tmp"), &error))?;
@@ -190,13 +191,14 @@ fn placement(scene: &Scene, mesh: &Mesh) -> Placement {
 }
 
 /// What all boards are told.
-fn setup(scene: &Scene, options: &Options, mesh: &Mesh) -> Setup {
+fn setup(scene: &Scene, options: &Options, mesh: &Mesh) -> Outcome<Setup> {
     let shade::Settings { samples, shadow_samples, bounces, seed } = options.settings;
     let pixels = u64::from(options.width) * u64::from(options.height);
     let enough = |side: &u16| {
         let area = u64::from(*side) * u64::from(*side);
         pixels >= area * u64::from(TILES_PER_NODE) * u64::from(mesh.nodes())
     };
+    let camera = Camera::new(&options.view, options.width, options.height);
     let setup = Setup {
         version: Setup::VERSION,
         scene: scene.file.view().header().crc,
@@ -219,9 +221,9 @@ fn setup(scene: &Scene, options: &Options, mesh: &Mesh) -> Setup {
         prefetch: 0,
         bounces,
         refusals: 3,
-        view: options.view,
+        camera: camera.ok_or_else(|| Failure::new("the view shows nothing"))?,
     };
-    setup.with_topology(mesh.topology())
+    Ok(setup.with_topology(mesh.topology()))
 }
 
 /// The boards, by node.
