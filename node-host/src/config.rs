@@ -5,7 +5,7 @@ use kiloray_core::node::{Dealing, Prefetch, Schedule, TaskOrder};
 use kiloray_core::scene::View;
 use serde::{Deserialize, Serialize};
 
-use crate::Error;
+use crate::{Error, TlsConfig};
 
 /// What all processes of a mesh are told: the same file for each of them.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -17,6 +17,15 @@ pub struct Config {
     pub scene: PathBuf,
     /// Where each node listens, by its number, as in `tcp/127.0.0.1:7447` or `unixsock-stream//run/kiloray/0`.
     pub addresses: Vec<String>,
+    /// Where this process listens, if not where the others find it, as behind a container's ports. Not in the file.
+    #[serde(skip)]
+    pub listen: Option<String>,
+    /// Whether addresses beyond this machine may do without [`tls`](Self::tls). Not in the file.
+    #[serde(skip)]
+    pub insecure: bool,
+    /// Who may take part. Without it the mesh is one of this machine.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tls: Option<TlsConfig>,
     /// The mesh.
     pub mesh: MeshConfig,
     /// The picture.
@@ -55,6 +64,9 @@ pub struct MeshConfig {
     /// Side of a tile \[pixels\]; left out: by picture, nodes and memory.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tile: Option<u16>,
+    /// Whether the system ends a process that holds more than its memory and [`PROCESS_BYTES`](crate::PROCESS_BYTES).
+    #[serde(default)]
+    pub enforce: bool,
 }
 
 /// The picture of a [`Config`].
@@ -113,7 +125,7 @@ impl From<ViewConfig> for View {
 }
 
 impl Config {
-    /// Reads a file. The scene's path is then relative to where this process is.
+    /// Reads a file. The paths in it are then relative to where this process is.
     ///
     /// # Errors
     /// [`Error::Io`], [`Error::Config`].
@@ -124,6 +136,9 @@ impl Config {
         let mut config = Self::parse(&text).map_err(wrong)?;
         if let Some(folder) = path.parent() {
             config.scene = folder.join(&config.scene);
+            if let Some(tls) = &mut config.tls {
+                tls.move_to(folder);
+            }
         }
         Ok(config)
     }

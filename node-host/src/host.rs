@@ -102,7 +102,7 @@ pub fn run_host(
         router: Router::new(&mut Arena::new(&mut chunks), job.mesh, HOST, size)?,
         ledger: ledger.with_askers(job.layout.askers()),
     };
-    let own = job.identity(file, Place::HOST, std::process::id());
+    let own = job.identity(file, Place::HOST, Identity::any_incarnation());
     let mut watch = Watch { file, job: &job, own: own.clone(), replacements: Vec::new() };
     let mut network = Network::open(config, &job, own)?;
     let mut looked = begin;
@@ -178,9 +178,7 @@ fn reports(job: &Job, network: &mut Network, limit: Duration) -> Result<Vec<Node
     let begin = Instant::now();
     let mut reports = BTreeMap::new();
     loop {
-        for report in network.take_reports().iter().filter_map(|bytes| NodeReport::parse(bytes)) {
-            reports.insert(report.node, report);
-        }
+        reports.append(&mut network.take_reports());
         let awaited =
             |node: &Place| network.there(*node).is_some() && !reports.contains_key(&node.id().0);
         if !job.nodes().any(|node| awaited(&node)) || begin.elapsed() > limit {

@@ -65,6 +65,12 @@ impl Identity {
     /// The version of this program.
     pub const VERSION: &str = env!("CARGO_PKG_VERSION");
 
+    /// A number for one that nobody counts: by chance, as numbers of processes come again, in containers every time.
+    #[must_use]
+    pub fn any_incarnation() -> u32 {
+        fastrand::u32(..)
+    }
+
     /// The checksum of all blocks that a node holds: of their checksums, in their order.
     #[must_use]
     pub fn share_of(file: &KiloView<'_>, placement: &Placement, node: NodeId) -> u32 {

@@ -67,8 +67,8 @@ impl Job {
         let time = |time: Duration| Time(time.as_nanos() as u64);
         let layout = MeshLayout::new(file, &options, |_| (time(FIRST_LIMIT), time(BUNDLE_AGE)))?;
         let camera = Camera::new(&View::from(picture.view), width, height).ok_or(Error::View)?;
-        let text =
-            Config { addresses: Vec::new(), scene: "".into(), ..config.clone() }.to_text()?;
+        let text = Config { addresses: Vec::new(), scene: "".into(), tls: None, ..config.clone() }
+            .to_text()?;
         Ok(Self {
             mesh: Mesh::new(options.topology),
             options,

@@ -1,19 +1,22 @@
+mod claims;
 mod session;
 
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-use kiloray_core::network::Port;
+use kiloray_core::network::{NodeId, Port};
 use zenoh::liveliness::LivelinessToken;
 use zenoh::pubsub::{Publisher, Subscriber};
 use zenoh::qos::{CongestionControl, Priority};
 use zenoh::sample::{Sample, SampleKind};
 use zenoh::{Session, Wait};
 
-use crate::{Config, Error, Event, Frame, Identity, Job, Place, Transport};
+use claims::Claims;
+
+use crate::{Config, Error, Event, Frame, Identity, Job, NodeReport, Place, Transport};
 
 /// A place's end of a network of Zenoh sessions: a session for each process, which listens at the node's address and has a connection to each
 /// neighbour and to the host.
@@ -38,7 +41,6 @@ pub struct Network {
     there: BTreeMap<Place, Identity>,
     changes: Vec<(Identity, bool)>,
     is_over: bool,
-    reports: Vec<Vec<u8>>,
     _subscribers: Vec<Subscriber<()>>,
     _token: LivelinessToken,
 }
@@ -59,6 +61,9 @@ struct Shared {
     foreign: AtomicU64,
     /// Packets that found no room.
     overflows: AtomicU64,
+    claims: Mutex<Claims>,
+    /// Of each node the first that has come, for the host.
+    reports: Mutex<BTreeMap<u16, NodeReport>>,
 }
 
 const THERE: u64 = 1 << 32;
@@ -69,7 +74,7 @@ enum Item {
     Change(Identity, bool),
     Event(Event),
     Over,
-    Report(Vec<u8>),
+    Report,
 }
 
 /// Packets that can wait for this process. Credit allows some tens; beyond are those of somebody who does not keep to it.
@@ -92,6 +97,8 @@ impl Network {
             neighbours: (0..ports).map(|_| AtomicU64::new(0)).collect(),
             foreign: AtomicU64::new(0),
             overflows: AtomicU64::new(0),
+            claims: Mutex::new(Claims::new(job.mesh.nodes())),
+            reports: Mutex::default(),
         });
         let prefix = format!("kiloray/{}", config.name);
         let mut subscribers = Vec::new();
@@ -117,16 +124,15 @@ impl Network {
         let topic = if place == Place::HOST { "report/*" } else { "over" };
         let subscriber = session.declare_subscriber(format!("{prefix}/{topic}")).callback({
             let sender = sender.clone();
+            let shared = Arc::clone(&shared);
             move |sample| {
-                let bytes = sample.payload();
                 let item = match place {
-                    Place::HOST if bytes.len() <= crate::NodeReport::BYTES_MAX => {
-                        Item::Report(bytes.to_bytes().into_owned())
-                    }
-                    Place::HOST => return,
-                    _ => Item::Over,
+                    Place::HOST => shared.report(&sample).then_some(Item::Report),
+                    _ => shared.is_over(&sample).then_some(Item::Over),
                 };
-                let _ = sender.send(item);
+                shared.count(item.is_some());
+                // Whoever does not take what lies there finds it later.
+                item.map(|item| sender.try_send(item));
             }
         });
         subscribers.push(subscriber.wait().map_err(failed)?);
@@ -138,9 +144,8 @@ impl Network {
                     let tokens = format!("{tokens}/");
                     move |sample: Sample| {
                         let key = sample.key_expr().as_str().strip_prefix(&tokens);
-                        if let Some(identity) = key.and_then(Identity::from_key) {
-                            watch.change(&sender, identity, sample.kind() == SampleKind::Put);
-                        }
+                        let identity = key.and_then(Identity::from_key);
+                        watch.hear(&sender, identity, sample.kind() == SampleKind::Put);
                     }
                 },
             );
@@ -158,7 +163,6 @@ impl Network {
             there: BTreeMap::new(),
             changes: Vec::new(),
             is_over: false,
-            reports: Vec::new(),
             _subscribers: subscribers,
             _token: token,
         })
@@ -197,7 +201,7 @@ impl Network {
     /// # Errors
     /// [`Error::Network`].
     pub fn say_over(&self) -> Result<(), Error> {
-        self.say("over".into(), Vec::new())
+        self.say("over".into(), self.shared.own.incarnation.to_le_bytes().into())
     }
 
     /// A node sends its report to the host.
@@ -208,12 +212,12 @@ impl Network {
         self.say(format!("report/{}", self.place), report)
     }
 
-    /// Reports that have come since the last call.
-    pub fn take_reports(&mut self) -> Vec<Vec<u8>> {
-        std::mem::take(&mut self.reports)
+    /// Reports that have come since the last call, by node.
+    pub fn take_reports(&mut self) -> BTreeMap<u16, NodeReport> {
+        std::mem::take(&mut *lock(&self.shared.reports))
     }
 
-    /// Messages that were no packets, or were for or from a process that is not there any more.
+    /// Messages that were no packets, reports or other news, or were for or from a process that is not there, or not any more.
     #[must_use]
     pub fn foreign(&self) -> u64 {
         self.shared.foreign.load(Ordering::Relaxed) + self.shared.overflows.load(Ordering::Relaxed)
@@ -246,7 +250,7 @@ impl Network {
                 self.changes.push((identity, is_there));
             }
             Item::Over => self.is_over = true,
-            Item::Report(bytes) => self.reports.push(bytes),
+            Item::Report => {}
             Item::Packet(..) | Item::Event(_) => return Some(item),
         }
         None
@@ -299,6 +303,36 @@ impl Transport for Network {
 }
 
 impl Shared {
+    /// Counts what nobody in the mesh has sent.
+    fn count(&self, is_ours: bool) {
+        self.foreign.fetch_add(u64::from(!is_ours), Ordering::Relaxed);
+    }
+
+    /// Whether the host that is there says that it is over.
+    fn is_over(&self, sample: &Sample) -> bool {
+        let claims = lock(&self.claims);
+        let host = claims.holder(Place::HOST).map(|host| host.incarnation.to_le_bytes());
+        let payload = sample.payload();
+        host.is_some_and(|host| payload.len() == host.len() && *payload.to_bytes() == host)
+    }
+
+    /// Keeps a report, if it is the first of a node that is there.
+    fn report(&self, sample: &Sample) -> bool {
+        let payload = sample.payload();
+        let read = || NodeReport::parse(&payload.to_bytes());
+        let Some(report) = (payload.len() <= NodeReport::BYTES_MAX).then(read).flatten() else {
+            return false;
+        };
+        let place = Place::new(NodeId(report.node));
+        let is_its = lock(&self.claims)
+            .holder(place)
+            .is_some_and(|node| node.incarnation == report.incarnation);
+        if is_its {
+            lock(&self.reports).entry(report.node).or_insert(report);
+        }
+        is_its
+    }
+
     /// A message has come over a link, which holds packets of at most so many bytes.
     fn packet(&self, sender: &SyncSender<Item>, port: Port, most: usize, sample: &Sample) {
         let payload = sample.payload();
@@ -308,15 +342,11 @@ impl Shared {
         let is_ours = frame.is_some_and(|frame| {
             frame.to == self.own.incarnation && known == Some(THERE | u64::from(frame.from))
         });
-        match bytes.filter(|_| is_ours) {
-            Some(bytes) => {
-                if sender.try_send(Item::Packet(port, bytes.into_owned())).is_err() {
-                    self.overflows.fetch_add(1, Ordering::Relaxed);
-                }
-            }
-            None => {
-                self.foreign.fetch_add(1, Ordering::Relaxed);
-            }
+        self.count(is_ours);
+        if let Some(bytes) = bytes.filter(|_| is_ours)
+            && sender.try_send(Item::Packet(port, bytes.into_owned())).is_err()
+        {
+            self.overflows.fetch_add(1, Ordering::Relaxed);
         }
     }
 }
@@ -330,8 +360,20 @@ struct Watch {
 }
 
 impl Watch {
+    /// Somebody says that it is there, or is gone.
+    fn hear(&self, sender: &SyncSender<Item>, identity: Option<Identity>, is_there: bool) {
+        let changes = {
+            let mut claims = lock(&self.shared.claims);
+            identity.and_then(|identity| claims.change(identity, is_there))
+        };
+        self.shared.count(changes.is_some());
+        for (identity, is_there) in changes.into_iter().flatten() {
+            self.change(sender, identity, is_there);
+        }
+    }
+
     fn change(&self, sender: &SyncSender<Item>, identity: Identity, is_there: bool) {
-        let mut last = self.last.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut last = lock(&self.last);
         let (place, incarnation) = (identity.place, identity.incarnation);
         let works_with_us = identity.differs(&self.shared.own).is_none();
         let ports = self.neighbours.iter().filter(|(_, far)| *far == place && works_with_us);
@@ -352,4 +394,9 @@ impl Watch {
         }
         let _ = sender.send(Item::Change(identity, is_there));
     }
+}
+
+/// What a thread that panicked has left is whole: all changes are one call long.
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

@@ -14,7 +14,7 @@ use kiloray_simd::Auto;
 
 use crate::drive::Drive;
 use crate::supervisor::FOLDER_PREFIX;
-use crate::{Config, Error, Job, Network, NodeReport, Place, drive};
+use crate::{Config, Error, Job, Network, NodeReport, Place, ProcessMemory, drive, memory};
 
 /// A node's life: it takes its place in the network, works until the host says that it is over, and reports.
 ///
@@ -24,9 +24,13 @@ use crate::{Config, Error, Job, Network, NodeReport, Place, drive};
 /// [`Error`], for what cannot begin.
 pub fn run_node(config: &Config, node: u16, incarnation: u32, is_tied: bool) -> Result<(), Error> {
     let start = Instant::now();
+    if config.mesh.enforce {
+        memory::enforce(config.mesh.memory)?;
+    }
     let here = NodeId(node);
     let place = Place::new(here);
     let file = KiloFile::map(&config.scene)?;
+    let file_bytes = file.bytes().len() as u64;
     let file = file.view();
     let job = Job::new(config, &file)?;
     let (Some(plan), Some(&budget)) =
@@ -37,6 +41,9 @@ pub fn run_node(config: &Config, node: u16, incarnation: u32, is_tied: bool) -> 
             "there is no node {node}: the mesh has nodes 0 to {last}"
         )));
     };
+    // Header and tables, and the blocks of its share.
+    let others = u64::from(file.blocks() - job.layout.owned(here));
+    let mapped = file_bytes - others * file.limits().block_bytes as u64;
     check_share(&config.scene, &file, &job, here)?;
 
     let mut chunks = vec![Chunk::ZERO; config.mesh.memory / CHUNK_BYTES];
@@ -67,6 +74,7 @@ pub fn run_node(config: &Config, node: u16, incarnation: u32, is_tied: bool) -> 
             memory: budget.memory(),
             peak_bytes: budget.peak_bytes(),
             lines: NodeReport::lines(&budget),
+            process: ProcessMemory::now(config.mesh.memory, mapped, config.mesh.enforce),
             owned_blocks: job.layout.owned(here),
             foreign: network.foreign(),
         };

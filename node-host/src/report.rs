@@ -2,7 +2,7 @@ use kiloray_core::node::Counts;
 use kiloray_core::store::{Budget, LineBudget};
 use serde::{Deserialize, Serialize};
 
-use crate::Spent;
+use crate::{ProcessMemory, Spent};
 
 /// What a node did, as it tells the host in the end.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -21,6 +21,8 @@ pub struct NodeReport {
     pub peak_bytes: usize,
     /// The lines of its memory.
     pub lines: Vec<LineReport>,
+    /// What its process held.
+    pub process: ProcessMemory,
     /// Blocks it owns, the replicated top included.
     pub owned_blocks: u32,
     /// Messages of the network that were for another process, or no packets.

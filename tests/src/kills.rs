@@ -103,6 +103,9 @@ fn run(
         name: "kills".into(),
         scene,
         addresses: folder.addresses(nodes),
+        listen: None,
+        insecure: false,
+        tls: None,
         mesh: MeshConfig {
             topology: topology.into(),
             memory: 64 << 10,
@@ -116,6 +119,7 @@ fn run(
             group: 0,
             refusals: 3,
             tile: Some(8),
+            enforce: false,
         },
         picture: picture(file),
     };

@@ -15,7 +15,7 @@ use std::path::PathBuf;
 pub(crate) use axis::{Axis, point, scale};
 use clap::{Args, Parser, Subcommand, ValueEnum, ValueHint};
 pub(crate) use division::Division;
-pub(crate) use mesh::{Mesh, Placement, Prefetch, Profile, Schedule, Switching, TaskOrder};
+pub(crate) use mesh::{Mesh, Placement, Prefetch, Profile, Schedule, Switching, TaskOrder, Top};
 pub(crate) use options::{Bounds, Common, Exposure, ViewChoice};
 pub(crate) use parse::{command, parse};
 use serde::Serialize;
@@ -57,6 +57,7 @@ pub(crate) enum Command {
     #[command(
         after_help = text::HOST,
         args_override_self = true,
+        mut_arg("scenes", |arg| arg.required(false).required_unless_present("config")),
         mut_arg("memory", |arg| arg.help(text::NODE_MEMORY)),
         mut_arg("nodes", |arg| arg.help(text::HOST_NODES)),
         mut_arg("topology", |arg| arg.help(text::HOST_TOPOLOGY)),
@@ -151,7 +152,47 @@ pub(crate) struct Host {
     pub(crate) division: Division,
     #[command(flatten)]
     pub(crate) common: Common,
+    /// Have the system end a node that holds more than its memory and a constant for program and network
+    #[arg(long, help_heading = "Mesh")]
+    pub(crate) enforce: bool,
+    /// Drive the nodes of this configuration, which 'kiloray node' starts, on any machines; it says all but where the picture goes
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath, help_heading = "Cluster", conflicts_with_all = SAID_BY_CONFIG)]
+    pub(crate) config: Option<PathBuf>,
+    /// Write such a configuration, with this machine's addresses, and render nothing
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath, help_heading = "Cluster", conflicts_with = "config")]
+    pub(crate) write_config: Option<PathBuf>,
+    /// Let anybody who reaches the addresses see and change the picture: no TLS beyond this machine
+    #[arg(long, help_heading = "Cluster", requires = "config")]
+    pub(crate) insecure: bool,
 }
+
+/// What a configuration says, and cannot be typed beside it.
+#[cfg(feature = "host")]
+const SAID_BY_CONFIG: [&str; 23] = [
+    "scenes",
+    "width",
+    "height",
+    "view",
+    "samples",
+    "shadow_samples",
+    "bounces",
+    "lighting",
+    "seed",
+    "memory",
+    "block",
+    "nodes",
+    "topology",
+    "schedule",
+    "prefetch",
+    "task_order",
+    "tile",
+    "refusals",
+    "placement",
+    "top",
+    "block_replicas",
+    "packet",
+    "enforce",
+];
 
 /// `kiloray node`.
 #[cfg(feature = "host")]
@@ -166,6 +207,12 @@ pub(crate) struct Node {
     /// Which of the processes that are there one after the other [default: by chance]
     #[arg(long, value_name = "N", hide = true)]
     pub(crate) incarnation: Option<u32>,
+    /// Where to listen, if not at its address in the configuration: tls/0.0.0.0:7447 in a container
+    #[arg(long, value_name = "ADDRESS")]
+    pub(crate) listen: Option<String>,
+    /// Let anybody who reaches the addresses see and change the picture: no TLS beyond this machine
+    #[arg(long)]
+    pub(crate) insecure: bool,
     /// End with the process at the other end of the standard input.
     #[arg(long, hide = true)]
     pub(crate) tied: bool,

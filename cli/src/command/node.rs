@@ -1,6 +1,6 @@
 //! `kiloray node`: one node of a mesh of processes.
 
-use kiloray_host::{Config, Error, run_node, tie};
+use kiloray_host::{Config, Error, Identity, run_node, tie};
 
 use crate::{
     args,
@@ -12,8 +12,10 @@ pub(super) fn run(node: &args::Node) -> Outcome {
     if node.tied {
         tie(&node.config);
     }
-    let config = Config::read(&node.config).map_err(refused)?;
-    let incarnation = node.incarnation.unwrap_or_else(std::process::id);
+    let mut config = Config::read(&node.config).map_err(refused)?;
+    config.listen.clone_from(&node.listen);
+    config.insecure = node.insecure;
+    let incarnation = node.incarnation.unwrap_or_else(Identity::any_incarnation);
     run_node(&config, node.node, incarnation, node.tied).map_err(refused)
 }
 

@@ -54,7 +54,7 @@ fn what_cannot_be_is_said_in_one_line() {
     folder.run("host cornell --nodes 2 --profile pc").refused(2, &["--profile"]);
     folder.run("node --config mesh.toml --node 0").refused(1, &["mesh.toml"]);
     folder.file("mesh.toml", "name = 'a mesh'");
-    folder.run("node --config mesh.toml --node 0").refused(1, &["mesh.toml", "addresses"]);
+    folder.run("node --config mesh.toml --node 0").refused(1, &["mesh.toml", "missing field"]);
 }
 
 #[test]

@@ -1,6 +1,8 @@
 //! The command as a person meets it: the real binary, its exit codes, messages and files.
 
 mod board;
+#[cfg(feature = "host")]
+mod cluster;
 mod compare;
 mod compile;
 #[cfg(feature = "host")]

@@ -1,13 +1,14 @@
-use serde_json::json;
+use serde_json::{Value, json};
 use zenoh::{Session, Wait};
 
-use crate::{Config, Error, Job, Place};
+use crate::{Config, Error, Job, NodeReport, Place, TlsConfig, security};
 
 /// After so long without a sign of life a process counts as gone; one that ends is missed at once \[ms\].
 const LEASE_MS: u32 = 2000;
 
 /// Opens the session of a place: it listens where the configuration says, and knows nobody but those it names.
 pub(super) fn open(config: &Config, job: &Job, place: Place) -> Result<Session, Error> {
+    security::check(config)?;
     let (listen, connect) = endpoints(config, job, place)?;
     let settings = json!({
         "mode": "peer",
@@ -24,7 +25,12 @@ pub(super) fn open(config: &Config, job: &Job, place: Place) -> Result<Session, 
         "open": { "return_conditions": { "connect_scouted": false, "declares": false } },
         "transport": {
             "unicast": { "accept_pending": 1000, "max_sessions": 1000 },
-            "link": { "tx": { "lease": LEASE_MS, "keep_alive": 4 } },
+            "link": {
+                "tx": { "lease": LEASE_MS, "keep_alive": 4 },
+                // Nothing that is longer than a report is put together.
+                "rx": { "max_message_size": 2 * NodeReport::BYTES_MAX },
+                "tls": config.tls.as_ref().map_or_else(|| json!({}), tls),
+            },
             "shared_memory": { "enabled": false },
         },
     });
@@ -54,5 +60,20 @@ fn endpoints(
     })?;
     let neighbours = job.neighbours(place).into_iter().map(|(_, far)| far);
     let connect = neighbours.filter(|far| *far < place).filter_map(address).collect();
-    Ok((vec![own], connect))
+    Ok((vec![config.listen.clone().unwrap_or(own)], connect))
+}
+
+/// Both ends of a connection show a certificate of the mesh, for the name that was called.
+fn tls(tls: &TlsConfig) -> Value {
+    let TlsConfig { root, certificate, key } = tls;
+    json!({
+        "root_ca_certificate": root,
+        "listen_certificate": certificate,
+        "listen_private_key": key,
+        "connect_certificate": certificate,
+        "connect_private_key": key,
+        "enable_mtls": true,
+        "verify_name_on_connect": true,
+        "close_link_on_expiration": true,
+    })
 }

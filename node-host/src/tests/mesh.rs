@@ -17,18 +17,21 @@ use crate::drive::Drive;
 use crate::host::HostEnd;
 use crate::{Config, Exchange, Job, MeshConfig, PictureConfig, Place, drive};
 
-fn scene(name: &str) -> KiloFile {
+pub(super) fn scene(name: &str) -> KiloFile {
     let model = builtin::build(name).expect("a built-in scene");
     let options = compile::Options { block_bytes: 1024 };
     KiloFile::from_compiled(compile(&model, &options, &mut ()).expect("it compiles"))
 }
 
-fn config(file: &KiloFile, nodes: usize, topology: &str, memory: usize) -> Config {
+pub(super) fn config(file: &KiloFile, nodes: usize, topology: &str, memory: usize) -> Config {
     let view = file.view().views()[0];
     Config {
         name: "test".into(),
         scene: "scene.kilo".into(),
         addresses: vec![String::new(); nodes],
+        listen: None,
+        insecure: false,
+        tls: None,
         mesh: MeshConfig {
             topology: topology.into(),
             memory,
@@ -42,6 +45,7 @@ fn config(file: &KiloFile, nodes: usize, topology: &str, memory: usize) -> Confi
             group: 0,
             refusals: 3,
             tile: Some(4),
+            enforce: false,
         },
         picture: PictureConfig {
             width: 24,
@@ -56,7 +60,7 @@ fn config(file: &KiloFile, nodes: usize, topology: &str, memory: usize) -> Confi
 }
 
 /// What `render` makes of it.
-fn reference(file: &KiloFile, job: &Job) -> Vec<[f32; 3]> {
+pub(super) fn reference(file: &KiloFile, job: &Job) -> Vec<[f32; 3]> {
     let options = kiloray_render::Options {
         width: job.options.width,
         height: job.options.height,

@@ -1,2 +1,4 @@
 mod hostile;
 mod mesh;
+mod secure;
+mod strangers;

@@ -73,6 +73,11 @@ impl Run<'_> {
                 "peak": fullest.map(|node| node.peak_bytes),
                 "peak_node": fullest.map(|node| node.node),
                 "lines": fullest.map(|node| &node.lines),
+                "processes": {
+                    "peak": self.greatest().map(|(_, peak)| peak),
+                    "budget": self.greatest().map(|(process, _)| process.budget_bytes),
+                    "limit": self.greatest().and_then(|(process, _)| process.limit_bytes),
+                },
             },
             "points": {
                 "capacity": points.iter().map(|line| line.capacity).max().unwrap_or(0),
@@ -101,13 +106,13 @@ impl Run<'_> {
     }
 
     fn options_json(&self) -> Value {
-        let mut all = json!(self.host.common);
+        let mut all = json!(self.common);
         if let (Some(all), Value::Object(division)) = (all.as_object_mut(), json!(self.division)) {
             all.extend(division);
         }
         let view = self.scene.file.view();
         let o = self.options;
-        all["scenes"] = json!(self.host.scene.scenes);
+        all["scenes"] = json!(self.scenes);
         all["width"] = json!(o.width);
         all["height"] = json!(o.height);
         all["block"] = json!(view.header().block_bytes);

@@ -1,29 +1,30 @@
 //! `kiloray host`: a picture from a mesh of processes on this machine.
 
 mod json;
+mod prepare;
 
 use std::{
     path::{Path, PathBuf},
     time::{Duration, Instant},
 };
 
-use kiloray_core::{node::Counts, scene::View};
+use kiloray_core::node::Counts;
 use kiloray_host::{
-    Config, Control, Folder, Job, MeshConfig, NodeReport, Outcome as Hosted, PictureConfig, Status,
-    Supervisor, run_host,
+    Control, NodeReport, Outcome as Hosted, ProcessMemory, Status, Supervisor, run_host,
 };
 use kiloray_render::MeshOptions;
+use prepare::{Prepared, prepare};
 
-use super::{division, engine, node::refused};
+use super::node::refused;
 use crate::{
-    args::{self, Bounds, Division},
+    args::{self, Common, Division},
     console::{bytes, count, duration, line},
     failure::{self, Failure, Outcome},
-    framing, interrupt,
+    interrupt,
     output::Output,
     picture::{self, Format},
     progress::Progress,
-    scene::{self, Scene},
+    scene::Scene,
 };
 
 /// How long nodes may take to end by themselves when it is over.
@@ -31,7 +32,8 @@ const END_LIMIT: Duration = Duration::from_millis(500);
 
 /// A run, and all that is told of it.
 struct Run<'a> {
-    host: &'a args::Host,
+    common: &'a Common,
+    scenes: &'a [PathBuf],
     /// With what suits processes, where it was not given.
     division: &'a Division,
     scene: &'a Scene,
@@ -48,23 +50,16 @@ struct Run<'a> {
 /// Starts nodes, renders and writes.
 pub(super) fn run(host: &args::Host) -> Outcome {
     let begin = Instant::now();
-    let common = &host.common;
-    let quiet = common.quiet;
     if let Some(path) = &host.output {
         Format::of(path)?;
     }
-    // What makes no sense is said before the scene is read.
-    let division = host.division.for_processes();
-    let topology = division.topology().map_err(Failure::usage)?;
-    let block = engine::default_block(Some(division::memory(common)));
-    let scene = scene::load(&host.scene.scenes, common.block, block, quiet)?
-        .with_view(common.view.as_ref());
-    let view = scene.choose_view(common.view.as_ref())?;
-    let bounds =
-        Bounds::new(common.width, common.height, framing::aspect(&view)).map_err(Failure::usage)?;
-    let view = framing::fitted(view, bounds.width, bounds.height);
-    let block_bytes = scene.file.view().header().block_bytes.into();
-    let options = division::options(common, &division, bounds, topology, block_bytes)?;
+    let Prepared { common, division, scenes, scene, options, config, folder } = prepare(host)?;
+    let quiet = common.quiet;
+    if let Some(path) = &host.write_config {
+        let text = config.to_text().map_err(refused)?;
+        scene.print_notes(quiet);
+        return Output::create(path)?.write(text.as_bytes());
+    }
     let path = host.output.clone().unwrap_or_else(|| PathBuf::from(format!("{}.png", scene.name)));
     let cancel = interrupt::gentle();
     // Whether all can be written shows before the work.
@@ -72,13 +67,12 @@ pub(super) fn run(host: &args::Host) -> Outcome {
     let json_out = common.json.as_deref().map(Output::create).transpose()?;
     scene.print_notes(quiet);
 
-    let folder = Folder::new().map_err(refused)?;
-    let config = config(&folder, host, &scene, &options, view, &division)?;
-    // What cannot be is found before there are processes.
-    Job::new(&config, &scene.file.view()).map_err(refused)?;
-    let program = std::env::current_exe()
-        .map_err(|error| Failure::new(format_args!("where this program is: {error}")))?;
-    let mut supervisor = Supervisor::start(&program, folder, &config).map_err(refused)?;
+    let start = |folder| {
+        let program = std::env::current_exe()
+            .map_err(|error| Failure::new(format_args!("where this program is: {error}")))?;
+        Supervisor::start(&program, folder, &config).map_err(refused)
+    };
+    let mut supervisor = folder.map(start).transpose()?;
     let outcome = {
         let pixels = u64::from(options.width) * u64::from(options.height);
         let bar = Progress::new("rendering", pixels, quiet);
@@ -97,9 +91,11 @@ pub(super) fn run(host: &args::Host) -> Outcome {
             ));
         };
         let control = Control { cancel, progress: &progress };
-        run_host(&config, &scene.file.view(), Some(&mut supervisor), &control).map_err(refused)?
+        run_host(&config, &scene.file.view(), supervisor.as_mut(), &control).map_err(refused)?
     };
-    supervisor.stop(END_LIMIT);
+    if let Some(supervisor) = supervisor {
+        supervisor.stop(END_LIMIT);
+    }
 
     let complete = outcome.complete;
     let output = if complete { output } else { output.incomplete() };
@@ -108,7 +104,8 @@ pub(super) fn run(host: &args::Host) -> Outcome {
     let mut counts = Counts::default();
     outcome.nodes.iter().for_each(|node| counts.add(&node.counts));
     let run = Run {
-        host,
+        common: &common,
+        scenes: &scenes,
         division: &division,
         scene: &scene,
         options: &options,
@@ -143,56 +140,6 @@ pub(super) fn run(host: &args::Host) -> Outcome {
             path.display()
         ))),
     }
-}
-
-/// What the nodes are told. A scene that is in no file yet is written into the directory of the nodes.
-fn config(
-    folder: &Folder,
-    host: &args::Host,
-    scene: &Scene,
-    options: &MeshOptions,
-    view: View,
-    division: &Division,
-) -> Outcome<Config> {
-    let file = match &host.scene.scenes[..] {
-        // It is compiled.
-        [path] if scene.stats.is_none() => {
-            std::fs::canonicalize(path).map_err(|error| Failure::io(path, &error))?
-        }
-        _ => {
-            let path = folder.path().join("scene.kilo");
-            scene.file.write(&path).map_err(Failure::new)?;
-            path
-        }
-    };
-    Ok(Config {
-        name: "mesh".into(),
-        scene: file,
-        addresses: folder.addresses(options.topology.nodes()),
-        mesh: MeshConfig {
-            topology: division.topology.clone().unwrap_or_default(),
-            memory: options.memory,
-            packet: options.packet,
-            schedule: options.schedule,
-            placement: options.dealing,
-            top: options.top,
-            replicas: options.replicas,
-            prefetch: options.prefetch,
-            order: options.order,
-            group: options.group,
-            refusals: options.refusals,
-            tile: options.tile,
-        },
-        picture: PictureConfig {
-            width: options.width,
-            height: options.height,
-            samples: options.settings.samples,
-            shadow_samples: options.settings.shadow_samples,
-            bounces: options.settings.bounces,
-            seed: options.settings.seed.to_string(),
-            view: view.into(),
-        },
-    })
 }
 
 impl Run<'_> {
@@ -237,6 +184,14 @@ impl Run<'_> {
                 fullest.node,
             ))?;
         }
+        if let Some((process, peak)) = self.greatest() {
+            line(format_args!(
+                "processes  {} of {} at the greatest, program and network included{}",
+                bytes(peak),
+                bytes(process.budget_bytes),
+                if process.limit_bytes.is_some() { ", enforced" } else { "" },
+            ))?;
+        }
         match outcome.replacements.len() {
             0 => Ok(()),
             replaced => line(format_args!(
@@ -248,6 +203,14 @@ impl Run<'_> {
 
     fn fullest(&self) -> Option<&NodeReport> {
         self.outcome.nodes.iter().max_by_key(|node| node.peak_bytes)
+    }
+
+    /// The process that held most, and how much.
+    fn greatest(&self) -> Option<(&ProcessMemory, u64)> {
+        let processes = self.outcome.nodes.iter().map(|node| &node.process);
+        processes
+            .filter_map(|process| Some((process, process.peak_bytes?)))
+            .max_by_key(|&(_, peak)| peak)
     }
 
     /// Requests made again.

@@ -1,0 +1,203 @@
+//! What nodes are to render: from what was typed, or from a configuration of nodes that are started elsewhere.
+
+use std::path::{Path, PathBuf};
+
+use kiloray_core::{node, scene::View};
+use kiloray_host::{Config, Folder, Job, MeshConfig, PictureConfig};
+use kiloray_render::MeshOptions;
+
+use crate::{
+    args::{self, Bounds, Common, Division, Placement, Prefetch, Schedule, TaskOrder, Top},
+    command::{division, engine, node::refused},
+    failure::{Failure, Outcome},
+    framing,
+    scene::{self, Scene},
+};
+
+/// All that is known before nodes are there.
+pub(super) struct Prepared {
+    /// What was typed, or what the configuration says instead.
+    pub(super) common: Common,
+    /// The same of the mesh, with what suits processes where nothing is said.
+    pub(super) division: Division,
+    pub(super) scenes: Vec<PathBuf>,
+    pub(super) scene: Scene,
+    pub(super) options: MeshOptions,
+    pub(super) config: Config,
+    /// The directory of the nodes, where they are to be started.
+    pub(super) folder: Option<Folder>,
+}
+
+/// Finds it.
+pub(super) fn prepare(host: &args::Host) -> Outcome<Prepared> {
+    let prepared = match &host.config {
+        Some(path) => of_config(host, path)?,
+        None => of_options(host)?,
+    };
+    // What cannot be is found before there are processes.
+    Job::new(&prepared.config, &prepared.scene.file.view()).map_err(refused)?;
+    Ok(prepared)
+}
+
+/// Nodes that are started elsewhere, with the same configuration.
+fn of_config(host: &args::Host, path: &Path) -> Outcome<Prepared> {
+    let mut config = Config::read(path).map_err(refused)?;
+    config.insecure = host.insecure;
+    if config.scene.extension().is_none_or(|extension| extension != "kilo") {
+        return Err(Failure::file(
+            &config.scene,
+            "is no compiled scene: 'kiloray compile SCENE -o scene.kilo' makes one",
+        ));
+    }
+    let scenes = vec![config.scene.clone()];
+    let scene = scene::load(&scenes, None, 0, host.common.quiet)?;
+    let options = Job::new(&config, &scene.file.view()).map_err(refused)?.options;
+    let settings = options.settings;
+    let common = Common {
+        width: Some(options.width),
+        height: Some(options.height),
+        samples: settings.samples,
+        shadow_samples: Some(settings.shadow_samples).filter(|&samples| samples > 0),
+        bounces: settings.bounces.into(),
+        seed: settings.seed,
+        memory: Some(options.memory as u64),
+        ..host.common.clone()
+    };
+    let division = Division {
+        nodes: Some(options.topology.nodes().into()),
+        topology: Some(config.mesh.topology.clone()),
+        schedule: match options.schedule {
+            node::Schedule::Hybrid => Schedule::Hybrid,
+            node::Schedule::Demand => Schedule::Demand,
+            node::Schedule::Data => Schedule::Data,
+        },
+        prefetch: Some(match options.prefetch {
+            node::Prefetch::All => Prefetch::All,
+            node::Prefetch::Nearest(blocks) => Prefetch::Nearest(blocks),
+        }),
+        task_order: Some(match options.order {
+            node::TaskOrder::Made => TaskOrder::Made,
+            node::TaskOrder::Ready => TaskOrder::Ready,
+        }),
+        tile: options.tile.map(u32::from),
+        refusals: Some(options.refusals.into()),
+        placement: match options.dealing {
+            node::Dealing::Subtrees => Placement::Subtrees,
+            node::Dealing::RoundRobin => Placement::RoundRobin,
+        },
+        top: options.top.map(Top::Blocks),
+        block_replicas: options.replicas.into(),
+        packet: Some(options.packet.into()),
+    };
+    Ok(Prepared { common, division, scenes, scene, options, config, folder: None })
+}
+
+/// Nodes of this machine.
+fn of_options(host: &args::Host) -> Outcome<Prepared> {
+    let common = host.common.clone();
+    // What makes no sense is said before the scene is read.
+    let division = host.division.for_processes();
+    let topology = division.topology().map_err(Failure::usage)?;
+    let scenes = host.scene.scenes.clone();
+    let block = engine::default_block(Some(division::memory(&common)));
+    let scene =
+        scene::load(&scenes, common.block, block, common.quiet)?.with_view(common.view.as_ref());
+    let view = scene.choose_view(common.view.as_ref())?;
+    let bounds =
+        Bounds::new(common.width, common.height, framing::aspect(&view)).map_err(Failure::usage)?;
+    let view = framing::fitted(view, bounds.width, bounds.height);
+    let block_bytes = scene.file.view().header().block_bytes.into();
+    let options = division::options(&common, &division, bounds, topology, block_bytes)?;
+    let nodes = options.topology.nodes();
+    let (folder, file, addresses) = match &host.write_config {
+        None => {
+            let folder = Folder::new().map_err(refused)?;
+            let (file, addresses) = (in_file(&folder, &scenes, &scene)?, folder.addresses(nodes));
+            (Some(folder), file, addresses)
+        }
+        Some(path) => {
+            let file = beside(path, &scenes, &scene)?;
+            let addresses = (0..nodes)
+                .map(|node| format!("tcp/127.0.0.1:{}", u32::from(PORT) + u32::from(node)));
+            (None, file, addresses.collect())
+        }
+    };
+    let config = Config {
+        name: "mesh".into(),
+        scene: file,
+        addresses,
+        listen: None,
+        insecure: false,
+        tls: None,
+        mesh: mesh(&division, &options, host.enforce),
+        picture: picture(&options, view),
+    };
+    Ok(Prepared { common, division, scenes, scene, options, config, folder })
+}
+
+/// The port of node 0 in a configuration that is written.
+const PORT: u16 = 7447;
+
+/// A scene that is in no file yet is written into the directory of the nodes.
+fn in_file(folder: &Folder, scenes: &[PathBuf], scene: &Scene) -> Outcome<PathBuf> {
+    match scenes {
+        // It is compiled.
+        [path] if scene.stats.is_none() => {
+            std::fs::canonicalize(path).map_err(|error| Failure::io(path, &error))
+        }
+        _ => {
+            let path = folder.path().join("scene.kilo");
+            scene.file.write(&path).map_err(Failure::new)?;
+            Ok(path)
+        }
+    }
+}
+
+/// The scene as a configuration names it: its name alone if it lies beside it.
+fn beside(config: &Path, scenes: &[PathBuf], scene: &Scene) -> Outcome<PathBuf> {
+    let [path] = scenes else { return Err(not_compiled()) };
+    if scene.stats.is_some() {
+        return Err(not_compiled());
+    }
+    let file = std::fs::canonicalize(path).map_err(|error| Failure::io(path, &error))?;
+    let folder = config.parent().filter(|folder| !folder.as_os_str().is_empty());
+    let folder = std::fs::canonicalize(folder.unwrap_or(Path::new("."))).ok();
+    let is_beside = folder.as_deref() == file.parent();
+    Ok(file.file_name().filter(|_| is_beside).map_or_else(|| file.clone(), PathBuf::from))
+}
+
+fn not_compiled() -> Failure {
+    Failure::usage(
+        "--write-config: every node needs the file of the scene: 'kiloray compile SCENE -o scene.kilo', and name that",
+    )
+}
+
+fn mesh(division: &Division, options: &MeshOptions, enforce: bool) -> MeshConfig {
+    MeshConfig {
+        topology: division.topology.clone().unwrap_or_default(),
+        memory: options.memory,
+        packet: options.packet,
+        schedule: options.schedule,
+        placement: options.dealing,
+        top: options.top,
+        replicas: options.replicas,
+        prefetch: options.prefetch,
+        order: options.order,
+        group: options.group,
+        refusals: options.refusals,
+        tile: options.tile,
+        enforce,
+    }
+}
+
+fn picture(options: &MeshOptions, view: View) -> PictureConfig {
+    PictureConfig {
+        width: options.width,
+        height: options.height,
+        samples: options.settings.samples,
+        shadow_samples: options.settings.shadow_samples,
+        bounces: options.settings.bounces,
+        seed: options.settings.seed.to_string(),
+        view: view.into(),
+    }
+}

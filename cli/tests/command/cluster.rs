@@ -1,0 +1,123 @@
+//! `kiloray node` and `kiloray host --config`: the example of two machines, in two directories of one.
+
+use std::{
+    fs,
+    net::TcpListener,
+    path::Path,
+    process::{Child, Command, Stdio},
+};
+
+use crate::support::{Folder, json};
+
+const EXAMPLE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../node-host/examples/two-machines");
+const MACHINES: [&str; 2] = ["alpha.example", "beta.example"];
+
+/// Both machines' directories, as the guide has them, but for names, ports and the size of the picture.
+fn machines(folder: &Folder) {
+    folder.run("compile cornell --block 1KiB -o scene.kilo").done();
+    let made = Command::new("sh")
+        .arg(Path::new(EXAMPLE).join("certificates"))
+        .arg("127.0.0.1")
+        .current_dir(folder.path())
+        .output()
+        .expect("there is a shell");
+    assert!(made.status.success(), "{}", String::from_utf8_lossy(&made.stderr));
+    let mut text = fs::read_to_string(Path::new(EXAMPLE).join("mesh.toml")).expect("the example");
+    // Held together, so that no two are the same.
+    let mut free = Vec::new();
+    for machine in MACHINES {
+        for port in [7447, 7448] {
+            free.push(TcpListener::bind("127.0.0.1:0").expect("a port"));
+            let address =
+                free.last().map(|port| port.local_addr().expect("an address").to_string());
+            let named = format!("{machine}:{port}");
+            assert!(text.contains(&named), "{named}");
+            text = text.replace(&named, &address.expect("a port"));
+        }
+    }
+    for side in ["width", "height"] {
+        let said = format!("{side} = 512\n");
+        assert!(text.contains(&said), "{said}");
+        text = text.replace(&said, &format!("{side} = 40\n"));
+    }
+    for machine in MACHINES {
+        let place = folder.path().join(machine);
+        fs::create_dir_all(place.join("tls")).expect("a directory");
+        fs::write(place.join("mesh.toml"), &text).expect("a configuration");
+        let mut copy = vec!["scene.kilo".to_owned()];
+        copy.extend(["root", "certificate", "key"].map(|file| format!("tls/{file}.pem")));
+        for file in copy {
+            let from = folder.path().join(if file.starts_with("tls") { "127.0.0.1" } else { "." });
+            fs::copy(from.join(&file), place.join(&file)).expect("it is copied");
+        }
+    }
+}
+
+fn node(folder: &Folder, machine: &str, node: u16) -> Child {
+    let mut command = folder.command();
+    command.args([
+        "node",
+        "--config",
+        &format!("{machine}/mesh.toml"),
+        "--node",
+        &node.to_string(),
+    ]);
+    command.stderr(Stdio::piped()).spawn().expect("it starts")
+}
+
+#[test]
+fn two_machines_render_the_bits_of_one_node() {
+    let folder = Folder::new();
+    machines(&folder);
+    let nodes: Vec<_> = (0..4).map(|n| node(&folder, MACHINES[usize::from(n / 2)], n)).collect();
+    let config = format!("{}/mesh.toml", MACHINES[0]);
+    folder.run(&format!("host --config {config} -o mesh.exr --json mesh.json --quiet")).done();
+    for node in nodes {
+        let output = node.wait_with_output().expect("it ends");
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    }
+    let run = json(&folder.path().join("mesh.json"));
+    let picture = "--width 40 --height 40 --samples 16";
+    folder.run(&format!("render scene.kilo {picture} -o one.exr --json one.json --quiet")).done();
+    let one = json(&folder.path().join("one.json"));
+    assert_eq!(run["image_hash"], one["image_hash"]);
+    for option in ["width", "height", "samples", "bounces", "seed", "shadow_samples"] {
+        assert_eq!(run["options"][option], one["options"][option], "{option}");
+    }
+    assert_eq!(run["options"]["memory"], 65536);
+    assert_eq!(run["nodes"], 4);
+}
+
+#[test]
+fn what_would_be_open_to_all_is_refused() {
+    let folder = Folder::new();
+    folder.run("compile cornell --block 1KiB -o scene.kilo").done();
+    folder.run("host scene.kilo --nodes 1 --write-config mesh.toml").done();
+    assert_eq!(folder.names(), ["mesh.toml", "scene.kilo"]);
+    let text = fs::read_to_string(folder.path().join("mesh.toml")).expect("a configuration");
+    assert!(text.contains("scene = \"scene.kilo\"\n"), "{text}");
+    folder.file("mesh.toml", text.replace("127.0.0.1", "0.0.0.0"));
+    let words = ["tcp/0.0.0.0:7447", "tls/0.0.0.0:7447", "--insecure"];
+    folder.run("node --config mesh.toml --node 0").refused(2, &words);
+    folder.run("host --config mesh.toml").refused(2, &words);
+    folder.file("mesh.toml", text);
+    let elsewhere = "node --config mesh.toml --node 0 --listen tcp/[::]:7447";
+    folder.run(elsewhere).refused(2, &["tcp/[::]:7447", "--insecure"]);
+    folder.run("host --config mesh.toml --samples 2").refused(2, &["--config", "--samples"]);
+    folder.run("host cornell --nodes 2 --write-config other.toml").refused(2, &["compile"]);
+    folder.run("host").refused(2, &["SCENE"]);
+}
+
+#[test]
+fn nodes_keep_to_their_memory() {
+    let folder = Folder::new();
+    let scene = "glass --width 32 --height 24 --samples 1 --seed 3";
+    folder.run(&format!("render {scene} --quiet --json one.json")).done();
+    folder.run(&format!("host {scene} --nodes 3 --enforce --quiet --json mesh.json")).done();
+    let [one, run] = ["one", "mesh"].map(|name| json(&folder.path().join(format!("{name}.json"))));
+    assert_eq!(run["image_hash"], one["image_hash"]);
+    assert_eq!(run["faults"]["replaced"], serde_json::json!([]));
+    let bytes = |name: &str| run["memory"]["processes"][name].as_u64().expect(name);
+    assert!(bytes("peak") <= bytes("budget"), "{}", run["memory"]);
+    assert!(bytes("limit") <= bytes("budget"), "{}", run["memory"]);
+}
