@@ -68,8 +68,9 @@ pub struct NodeNeeds {
 /// Least and greatest payload of a packet: a ray must fit, and a length 16 bits.
 pub(super) const PAYLOAD_MIN: usize = 256;
 pub(super) const PAYLOAD_MAX: usize = 16 << 10;
-/// Buffers of links take a fifth of the memory at most, if one packet in each takes less.
-const MESSAGES_PART: usize = 5;
+/// Buffers of links take an eighth of the memory at most, if one packet in each takes less; a fifth where packets are long, since
+/// one that waits then keeps others waiting for long.
+const MESSAGES_PART: [usize; 2] = [8, 5];
 /// Packets of the node's own a 32nd, beyond two.
 const OWN_PART: usize = 32;
 /// Of the rest frames get at least three quarters, or as many as there are blocks.
@@ -145,7 +146,12 @@ impl NodePlan {
         let router = |here, depth| RouterSize::new(&needs.mesh, here, depth, payload as u16);
         // Two packets keep a link busy; four are of use where they cost little. Both ends of a link must agree: the node that the host
         // is joined to has the most ports.
-        let fits = |depth: &u16| router(NodeId(0), *depth).bytes() <= memory / MESSAGES_PART;
+        let fits = |depth: &u16| {
+            let size = router(NodeId(0), *depth);
+            let long = size.payload_of(Channel::Request) < size.payload_of(Channel::Reply);
+            let [short_part, long_part] = MESSAGES_PART;
+            size.bytes() <= memory / if long { long_part } else { short_part }
+        };
         let depth = match needs.depth {
             0 => [4, 2].into_iter().find(fits).unwrap_or(1),
             depth => depth,
