@@ -63,6 +63,8 @@ pub struct Node<'a, W> {
     /// A block that no copy could be had of, to be reported.
     pub(super) lost: Option<u32>,
     pub(super) counts: Counts,
+    /// Steps since the last message.
+    pub(super) quiet: u8,
     /// Of the step that is being taken.
     pub(super) work: Work,
     /// A rule that a test has broken.
@@ -76,8 +78,6 @@ pub(super) const SUSPECTS: usize = 8;
 
 /// Rays that a step works on before it looks for messages again: others wait for this node's blocks.
 const QUANTUM: u32 = 2;
-/// The same for a node that has all blocks: nobody waits for one.
-const QUANTUM_ALONE: u32 = 4;
 /// Requests that a step deals with.
 const REQUESTS: u32 = 16;
 
@@ -139,6 +139,7 @@ impl<'a, W: World> Node<'a, W> {
             next_deadline: Time::NEVER,
             lost: None,
             counts: Counts::default(),
+            quiet: 0,
             work: Work::default(),
             #[cfg(test)]
             broken: None,
@@ -198,8 +199,8 @@ impl<'a, W: World> Node<'a, W> {
             self.deadlines(now);
         }
         let mut worked = u32::from(self.check_block(now));
-        let quantum = if self.blocks.rom.holds_all() { QUANTUM_ALONE } else { QUANTUM };
-        while worked < quantum {
+        self.quiet = if self.work.messages > 0 { 0 } else { self.quiet.saturating_add(1) };
+        while worked < QUANTUM {
             let rays = self.step(now);
             if rays == 0 {
                 break;

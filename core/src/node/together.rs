@@ -7,13 +7,16 @@ use crate::trace::Trail;
 const FEWEST: usize = if cfg!(test) { 2 } else { 4 };
 /// Rays that are traced together, at most.
 const MOST: usize = 64;
-/// As many at a node whose blocks others may ask for, or that waits for blocks of others: it looks for messages between.
-const MOST_SHARING: usize = 16;
+/// As many at a node that has had messages of late: it looks for more between, as others wait for its blocks, and for what lies behind a packet
+/// that it has not taken yet.
+const MOST_BUSY: usize = 8;
+/// Steps without a message after which none is expected soon.
+const QUIET: u8 = 64;
 
 impl<W: World> Node<'_, W> {
-    /// Rays that it traces together, and that a step is long, at most.
-    pub(super) fn bundle_len(&self) -> usize {
-        if self.blocks.rom.holds_all() { MOST } else { MOST_SHARING }
+    /// Rays that it traces together, at most.
+    fn bundle_len(&self) -> usize {
+        if self.quiet < QUIET { MOST_BUSY } else { MOST }
     }
 
     /// Traces the oldest of the rays that can go on together with those that begin as it does: how many.

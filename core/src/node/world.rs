@@ -5,7 +5,7 @@ use crate::material::OpticalDepth;
 use crate::path::PathKey;
 #[cfg(feature = "bundles")]
 use crate::render::Neighbours;
-use crate::render::{Places, Tiling, Trust, is_clear};
+use crate::render::{Places, Tile, Tiling, Trust, is_clear};
 use crate::scene::{Material, Needs};
 use crate::shade::{Counts, Direct, PackedHit, Path, PathRay, Point, Shader, Shadow, Sum};
 use crate::trace::{Clip, ClipEntry, Cursor, Query, TraceError, Tracer, Trail};
@@ -26,7 +26,7 @@ pub trait World {
     fn tile_pixels(&self, tile: u32) -> usize;
 
     /// The next camera ray of a tile.
-    fn camera(&self, tile: u32, next: &mut [u32; 3]) -> Option<PathRay>;
+    fn camera(&mut self, tile: u32, next: &mut [u32; 3]) -> Option<PathRay>;
 
     /// Goes on with a closest-hit ray.
     fn closest<S: BlockSource<Error = Missing>>(
@@ -162,6 +162,8 @@ pub struct Picture<'a, T> {
     tiling: Tiling,
     limits: BlockLimits,
     cursor: Cursor,
+    /// The tile of the last camera ray, and where it lies.
+    opened: (u32, Option<Tile>),
     /// Where rays are traced together.
     #[cfg(feature = "bundles")]
     room: Option<&'a RefCell<Neighbours>>,
@@ -185,6 +187,7 @@ impl<'a, T: Tracer> Picture<'a, T> {
             tiling,
             limits,
             cursor: Cursor::new(),
+            opened: (u32::MAX, None),
             #[cfg(feature = "bundles")]
             room: None,
             trust: Trust::new(),
@@ -302,10 +305,12 @@ impl<T: Tracer> World for Picture<'_, T> {
         tile.map_or(0, |tile| (tile.width as usize).saturating_mul(tile.height as usize))
     }
 
-    fn camera(&self, tile: u32, next: &mut [u32; 3]) -> Option<PathRay> {
+    fn camera(&mut self, tile: u32, next: &mut [u32; 3]) -> Option<PathRay> {
         let settings = self.shader.settings();
-        let tile = self.tiling.shuffled(tile, settings.seed)?;
-        let mut places = Places::resume(tile, settings.samples, *next);
+        if self.opened.0 != tile {
+            self.opened = (tile, self.tiling.shuffled(tile, settings.seed));
+        }
+        let mut places = Places::resume(self.opened.1?, settings.samples, *next);
         let place = places.next()?;
         *next = places.state();
         let pixel = place.y.wrapping_mul(self.tiling.width()).wrapping_add(place.x);

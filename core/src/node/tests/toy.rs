@@ -155,7 +155,7 @@ impl World for Toy {
         usize::from(tile < self.tiles)
     }
 
-    fn camera(&self, tile: u32, next: &mut [u32; 3]) -> Option<PathRay> {
+    fn camera(&mut self, tile: u32, next: &mut [u32; 3]) -> Option<PathRay> {
         let first = core::mem::replace(&mut next[0], 1) == 0;
         (first && tile < self.tiles).then(|| Self::ray(self.key(tile), 0))
     }
