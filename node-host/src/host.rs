@@ -68,7 +68,7 @@ pub struct Outcome {
 /// How long all nodes may take to be there.
 const START_LIMIT: Duration = Duration::from_secs(60);
 /// How long nodes may take to report in the end, and when somebody waits for that.
-const REPORT_LIMITS: [Duration; 2] = [Duration::from_secs(2), Duration::from_millis(400)];
+const REPORT_LIMITS: [Duration; 2] = [Duration::from_secs(2), Duration::from_millis(250)];
 /// How often the caller and the nodes' processes are looked at.
 const LOOK: Duration = Duration::from_millis(25);
 

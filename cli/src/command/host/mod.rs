@@ -94,7 +94,8 @@ pub(super) fn run(host: &args::Host) -> Outcome {
         run_host(&config, &scene.file.view(), supervisor.as_mut(), &control).map_err(refused)?
     };
     if let Some(supervisor) = supervisor {
-        supervisor.stop(END_LIMIT);
+        // Whoever has interrupted it does not wait.
+        supervisor.stop(if outcome.complete { END_LIMIT } else { Duration::ZERO });
     }
 
     let complete = outcome.complete;
