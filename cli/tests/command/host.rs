@@ -93,7 +93,7 @@ fn nodes_end_with_their_host() {
 }
 
 /// The processes of a host's nodes, as soon as there are so many.
-fn nodes_of(host: &Child, count: usize) -> Vec<u32> {
+pub(crate) fn nodes_of(host: &Child, count: usize) -> Vec<u32> {
     let mut all = Vec::new();
     until(|| {
         let path = format!("/proc/{0}/task", host.id());
@@ -115,7 +115,7 @@ fn is_gone(process: u32) -> bool {
     state.is_empty() || state.contains(") Z ")
 }
 
-fn signal(name: &str, process: u32) {
+pub(crate) fn signal(name: &str, process: u32) {
     let command = format!("kill {name} {process}");
     let sent = Command::new("sh").args(["-c", &command]).status().expect("there is a shell");
     assert!(sent.success(), "{command}");

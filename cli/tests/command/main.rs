@@ -7,6 +7,7 @@ mod compare;
 mod compile;
 #[cfg(feature = "host")]
 mod host;
+mod hosts;
 mod page;
 mod plan;
 mod render;
