@@ -72,6 +72,6 @@ fn of_all_ram_the_firmware_takes_its_part() {
     let out = folder.run("plan cornell --nodes 4 --ram 64KiB").done().out();
     assert!(out.contains("40.0 KiB are left"), "{out}");
     assert!(out.contains("of 40960"), "{out}");
-    folder.run("plan cornell --ram 24KiB").refused(1, &["too small"]);
+    folder.run("plan cornell --nodes 4 --ram 28KiB").refused(1, &["too small"]);
     folder.run("plan cornell --ram 64KiB --memory 64KiB").refused(2, &["--memory"]);
 }

@@ -8,6 +8,7 @@
 mod engine;
 #[path = "../host.rs"]
 mod host;
+#[allow(dead_code, reason = "what becomes of the picture is asked elsewhere")]
 #[path = "../picture.rs"]
 mod picture;
 mod pieces;
