@@ -48,7 +48,7 @@ pub struct Options {
     pub refusals: u8,
     /// Side of a tile \[pixels\]; `None` for what suits the picture, the mesh and the memory.
     pub tile: Option<u16>,
-    /// The blocks that a node owns take part of its memory too.
+    /// The blocks that a node owns lie in its memory, as where there is no other.
     pub owned_in_arena: bool,
     /// Most events of a trace to keep, the first ones; 0 for no trace.
     pub trace: usize,

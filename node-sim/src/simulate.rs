@@ -61,6 +61,7 @@ pub fn simulate(
             let here = NodeId(index as u16);
             let rom = layout.rom(file, here);
             let mut arena = Arena::new(arena);
+            let rom = if options.owned_in_arena { rom.copied(&mut arena)? } else { rom };
             let budget = layout.budgets[index];
             Node::new(&mut arena, plan, budget, layout.settings, rom, mesh, world())
         })

@@ -74,18 +74,19 @@ impl Placement {
     /// Blocks that a node has without fetching them.
     #[must_use]
     pub fn held(&self, node: NodeId) -> u32 {
-        let dealt = (0..self.copies()).map(|copy| self.count(node, copy));
+        let dealt = (0..self.copies()).map(|copy| self.before(node, copy, self.blocks));
         dealt.fold(self.top.min(self.blocks), u32::saturating_add)
     }
 
-    /// Blocks of which a node has this copy.
-    fn count(&self, node: NodeId, copy: u16) -> u32 {
+    /// Blocks before this one of which a node has this copy, the top apart.
+    pub(super) fn before(&self, node: NodeId, copy: u16, block: u32) -> u32 {
         match self.range(node, copy) {
-            Some((first, end)) => end.saturating_sub(first),
+            Some((first, end)) => block.min(end).saturating_sub(first),
             None if node.0 >= self.nodes => 0,
-            // Blocks `p`, `p + k`, `p + 2 k`, .. of `n`.
+            // Of those that are dealt out it has `p`, `p + k`, `p + 2 k`, ..
             None => {
-                let behind = self.dealt().saturating_sub(self.place(node, copy) as u32);
+                let dealt = block.saturating_sub(self.top);
+                let behind = dealt.saturating_sub(self.place(node, copy) as u32);
                 behind.div_ceil(u32::from(self.nodes.max(1)))
             }
         }

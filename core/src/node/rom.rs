@@ -1,7 +1,7 @@
 use super::{Dealing, Placement};
 use crate::block::{BlockSource, BlockView};
 use crate::network::NodeId;
-use crate::store::BlockCache;
+use crate::store::{Arena, ArenaFull, BlockCache};
 
 /// Blocks that a node reads in place: its share of the scene.
 #[derive(Debug, Clone, Copy)]
@@ -92,9 +92,26 @@ impl<'a> Rom<'a> {
             }
             before += u64::from(end.saturating_sub(first));
         }
-        let (top, in_top) = (self.placement.top, before as usize);
-        let behind = |&b: &u32| self.holds(b) && !self.is_in_range(b);
-        in_top.saturating_add((top..block).filter(behind).count())
+        let first = if self.placement.dealing == Dealing::Subtrees { COPIES as u16 } else { 0 };
+        let others = (first..self.placement.copies())
+            .map(|copy| u64::from(self.placement.before(self.here, copy, block)));
+        others.fold(before, u64::saturating_add) as usize
+    }
+
+    /// The same share in the arena, as on a machine that has no other memory.
+    ///
+    /// # Errors
+    /// [`ArenaFull`] if it does not fit.
+    pub fn copied<'m>(&self, arena: &mut Arena<'m>) -> Result<Rom<'m>, ArenaFull> {
+        let bytes: &'m mut [u8] = arena.carve(self.len().saturating_mul(self.block_bytes))?;
+        for block in (0..self.placement.blocks).filter(|&block| self.holds(block)) {
+            let begin = self.place(block).saturating_mul(self.block_bytes);
+            let place = bytes.get_mut(begin..).and_then(|rest| rest.get_mut(..self.block_bytes));
+            if let (Some(place), Some(block)) = (place, self.block(block)) {
+                place.copy_from_slice(block);
+            }
+        }
+        Ok(Rom::of_share(bytes, self.block_bytes, self.placement, self.here))
     }
 
     #[inline]
@@ -155,5 +172,35 @@ impl BlockSource for Blocks<'_> {
     #[inline]
     fn holds_all(&self) -> bool {
         self.rom.holds_all()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::store::{CHUNK_BYTES, Chunk};
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn a_share_in_the_arena_has_the_blocks_of_the_file_and_no_byte_more(
+            blocks in 1_u32..60, nodes in 1_u16..10, top in 0_u32..8, replicas in 1_u16..6, robin: bool,
+        ) {
+            let dealing = if robin { Dealing::RoundRobin } else { Dealing::Subtrees };
+            let placement = Placement { dealing, blocks, nodes, top, replicas };
+            let block_bytes = CHUNK_BYTES;
+            let file: Vec<u8> = (0..blocks).flat_map(|b| vec![b as u8; block_bytes]).collect();
+            for here in (0..nodes).map(NodeId) {
+                let rom = Rom::of_file(&file, block_bytes, placement, here);
+                let mut memory = vec![Chunk::ZERO; rom.len()];
+                let mut arena = Arena::new(&mut memory);
+                let copy = rom.copied(&mut arena).unwrap();
+                for block in 0..blocks {
+                    prop_assert_eq!(copy.block(block), rom.block(block));
+                    prop_assert_eq!(copy.block(block).is_some(), placement.holds(here, block));
+                }
+                prop_assert!(rom.is_empty() || rom.copied(&mut arena).is_err());
+            }
+        }
     }
 }
