@@ -2,7 +2,8 @@
 
 use crate::{Control, Crash, Error, Link, Options, Outcome, Rate, Slow, Status, simulate};
 use kiloray_core::network::{NodeId, Topology};
-use kiloray_core::node::{Dealing, Schedule};
+use kiloray_core::node::{Dealing, Schedule, TaskOrder};
+use kiloray_core::store::Line;
 use kiloray_scene::kilo::KiloFile;
 use kiloray_scene::{builtin, compile};
 use proptest::prelude::*;
@@ -81,9 +82,43 @@ fn the_picture_does_not_depend_on_schedule_placement_memory_or_links() {
             }
         }
     }
+    for order in [TaskOrder::Made, TaskOrder::Ready] {
+        for group in [0, 2, 8] {
+            let mut options = options(&file, "torus:4x2", 8);
+            (options.order, options.group) = (order, group);
+            same(&file, &options);
+        }
+    }
     let mut options = options(&file, "line", 4);
     options.link = Link { bandwidth: 1_000_000, latency: 100_000, ..Link::default() };
     same(&file, &options);
+}
+
+#[test]
+fn blocks_that_a_node_owns_may_lie_in_its_arena() {
+    let file = scene("glass", 1024);
+    for dealing in [Dealing::Subtrees, Dealing::RoundRobin] {
+        for replicas in [1, 2, 5] {
+            let mut options = options(&file, "torus:4x2", 8);
+            (options.dealing, options.replicas, options.memory) = (dealing, replicas, 192 << 10);
+            let beside = same(&file, &options).report;
+            options.owned_in_arena = true;
+            let within = same(&file, &options).report;
+            // They take the place of frames.
+            for (beside, within) in beside.nodes.iter().zip(&within.nodes) {
+                let bytes = within.owned_blocks as usize * 1024;
+                let line = within.lines.iter().find(|line| line.name == Line::Tables.name());
+                assert_eq!(
+                    line.map(|line| (line.bytes, line.peak)),
+                    Some((bytes, within.owned_blocks as usize))
+                );
+                assert!(within.memory == beside.memory && within.peak_bytes >= bytes);
+            }
+        }
+    }
+    let mut options = options(&file, "line", 2);
+    (options.memory, options.owned_in_arena) = (32 << 10, true);
+    assert!(matches!(run(&file, &options), Err(Error::Budget(_))));
 }
 
 #[test]
@@ -152,7 +187,9 @@ fn any_options(file: &KiloFile) -> impl Strategy<Value = Options> {
     let schedule = prop::sample::select(vec![Schedule::Hybrid, Schedule::Demand, Schedule::Data]);
     let division = (shape, schedule, 0_usize..5, 1_u16..4, 1_u16..3, any::<bool>(), 0_u16..5);
     let faults = (0_u32..40, 0_u32..40, 0_u64..20_000, 0_u64..3_000_000, any::<u64>());
-    (division, faults).prop_map(move |(division, (loss, duplicate, jitter, crash, seed))| {
+    let ways = (any::<bool>(), any::<bool>());
+    (division, faults, ways).prop_map(move |(division, faults, (made, in_arena))| {
+        let (loss, duplicate, jitter, crash, seed) = faults;
         let ((shape, nodes), schedule, memory, replicas, crashes, robin, group) = division;
         let topology = Topology::parse(shape, nodes).expect("a shape that exists");
         let mut options = Options::new(14, 11, view, topology);
@@ -163,6 +200,8 @@ fn any_options(file: &KiloFile) -> impl Strategy<Value = Options> {
         options.replicas = replicas;
         options.dealing = if robin { Dealing::RoundRobin } else { Dealing::Subtrees };
         options.group = group;
+        options.order = if made { TaskOrder::Made } else { TaskOrder::Ready };
+        options.owned_in_arena = in_arena;
         options.seed = seed;
         // Half of the runs are without each fault.
         let rate = |of: u32| if of < 20 { Rate::default() } else { Rate { count: 1, of } };

@@ -3,7 +3,7 @@ use kiloray_core::network::Topology;
 use serde::Serialize;
 
 use super::mesh::{
-    Placement, Prefetch, Schedule, TaskOrder, Top, nodes, packet, refusals, replicas, tile,
+    Placement, Prefetch, Schedule, TaskOrder, Top, group, nodes, packet, refusals, replicas, tile,
 };
 
 /// Nodes where neither their number nor sizes of the topology are given.
@@ -28,12 +28,15 @@ pub(crate) struct Division {
     /// How many blocks are fetched ahead for a bundle of shadow rays: all that its pyramid touches, the K nearest, or none [default: 0]
     #[arg(long, value_name = "all|K|0", allow_hyphen_values = true, help_heading = "Work")]
     pub(crate) prefetch: Option<Prefetch>,
-    /// Which of the waiting rays goes on first: in the order made, or as their blocks arrive; 'made' is not there yet, and does as 'ready'
+    /// Which of the waiting rays goes on first: that of the oldest path, or the one whose block came first
     #[arg(long, value_name = "O", value_enum, help_heading = "Work")]
     pub(crate) task_order: Option<TaskOrder>,
     /// Side of a tile, the unit in which pixels are handed out [default: by picture, nodes and memory]
     #[arg(long, value_name = "PIXELS", value_parser = tile, allow_hyphen_values = true, help_heading = "Work")]
     pub(crate) tile: Option<u32>,
+    /// Nodes of a group, of which one asks the host for tiles and gives them to the others; 0: all ask the host [default: 0]
+    #[arg(long, value_name = "N", value_parser = group, allow_hyphen_values = true, help_heading = "Work")]
+    pub(crate) group: Option<u32>,
     /// Refusals of a ray after which the node that sent it runs it itself
     #[arg(long, value_name = "K", value_parser = refusals, allow_hyphen_values = true, help_heading = "Work")]
     pub(crate) refusals: Option<u32>,

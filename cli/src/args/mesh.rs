@@ -98,7 +98,7 @@ pub(crate) enum Placement {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub(crate) enum TaskOrder {
-    /// In the order in which they were made
+    /// That of the path that was begun first
     Made,
     /// As their blocks arrive
     Ready,
@@ -242,6 +242,10 @@ pub(super) fn node(text: &str) -> Result<u16, String> {
 
 pub(super) fn tile(text: &str) -> Result<u32, String> {
     whole(text, 1, 1024)
+}
+
+pub(super) fn group(text: &str) -> Result<u32, String> {
+    whole(text, 0, NODES_MAX)
 }
 
 pub(super) fn refusals(text: &str) -> Result<u32, String> {

@@ -67,6 +67,7 @@ pub(super) fn with(
             args::TaskOrder::Ready => node::TaskOrder::Ready,
         };
     }
+    options.group = division.group.map_or(options.group, |nodes| nodes as u16);
     if let Some(refusals) = division.refusals {
         options.refusals = refusals as u8;
     }

@@ -26,6 +26,7 @@ fn a_mesh_gives_the_bits_of_one_node() {
         "--topology torus:2x2x2 --schedule demand --placement round-robin --no-baseline",
         "--nodes 8 --topology tree --loss 1/50 --duplicate 1% --jitter 2us --no-baseline",
         "--nodes 9 --crash 4@300us --block-replicas 2 --slow 1:3 --no-baseline",
+        "--nodes 6 --topology mesh:3x2 --group 3 --task-order made --owned-in-arena --no-baseline",
         "--nodes 4 --topology full --top 2 --prefetch 0 --task-order made --tile 5 --packet 512B --no-baseline",
     ] {
         let run = folder.sim(&format!("{picture} {mesh}"));

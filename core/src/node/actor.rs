@@ -24,6 +24,8 @@ pub struct Node<'a, W> {
     /// Numbers of free ray slots; the first `free_len` count.
     pub(super) free: &'a mut [u16],
     pub(super) free_len: usize,
+    /// Paths begun here; wraps.
+    pub(super) begun: u32,
     /// Ray slots that can go on.
     pub(super) ready: Queue<'a, u16>,
     /// Shadow rays to be traced at the front, those that wait for a block at the end.
@@ -115,6 +117,7 @@ impl<'a, W: World> Node<'a, W> {
             rays: arena.carve(plan.rays)?,
             free_len: free.len(),
             free,
+            begun: 0,
             ready: Queue::new(arena.carve(plan.rays)?),
             shadows: arena.carve(plan.shadows)?,
             fresh: 0,
@@ -173,6 +176,7 @@ impl<'a, W: World> Node<'a, W> {
     pub fn budget(&self) -> Budget {
         let mut budget = self.budget;
         let frames = self.blocks.cache.counts().frames_peak as usize;
+        budget.note_peak(Line::Tables, budget.line(Line::Tables).capacity);
         budget.note_peak(Line::Frames, frames);
         budget.note_peak(Line::FrameTable, frames);
         budget.note_peak(Line::Rays, self.counts.rays_peak as usize);
@@ -215,8 +219,9 @@ impl<'a, W: World> Node<'a, W> {
         self.send_tiles(now);
         self.send_fetches(now);
         self.report_lost(now);
+        let begun = self.begin_leased(now);
         self.ask_for_tiles(now);
-        let runnable = worked > 0 && self.is_runnable();
+        let runnable = (worked > 0 || begun) && self.is_runnable();
         let age = self.settings.bundle_age;
         let all = !runnable && self.keeps(Rule::Flush);
         self.outbox.flush(&mut self.router, now, age, all, &mut self.counts, &mut self.work);
@@ -238,6 +243,7 @@ impl<'a, W: World> Node<'a, W> {
         if self.draining || self.fresh > 0 && !self.has_shadow_room() {
             return self.light(now);
         }
+        self.order_ready();
         let together = self.trace_together(now);
         if together > 0 {
             return together;

@@ -73,7 +73,8 @@ impl<W: World> Node<'_, W> {
             Message::Answer { to, sum } => match self.away(&to).copied() {
                 Some(slot) => {
                     if slot.tries == 0 && slot.refusals == 0 {
-                        self.ray_time = super::fetch::smoothed(self.ray_time, now.since(slot.sent));
+                        self.ray_time =
+                            super::fetch::smoothed(self.ray_time, now.since(slot.since));
                     }
                     self.add(slot.root, slot.ray.pixel(), sum);
                     self.free_slot(to.slot());
@@ -84,7 +85,7 @@ impl<W: World> Node<'_, W> {
             Message::AtWork { to } => match self.away(&to) {
                 // Its time limit begins anew, and is longer: it is never taken away (rule 15).
                 Some(slot) => {
-                    slot.sent = now.ticks();
+                    slot.since = now.ticks();
                     slot.limit = slot.limit.saturating_mul(2).min(u32::MAX / 4);
                     if stops {
                         slot.limit = u32::MAX;

@@ -1,8 +1,9 @@
 use super::rules::Rule;
 use super::slots::{FetchSlot, RaySlot, Root, RootState, Stage};
-use super::{Node, RayKind, Settings, Time, Traced, World};
+use super::{Node, RayKind, Settings, TaskOrder, Time, Traced, World};
 use crate::network::NodeId;
 use crate::protocol::{Message, RayMessage, ReturnAddress, split};
+use crate::render::sort_by_key;
 use crate::shade::{Counts as ShadeCounts, PackedHit, PathRay};
 use crate::store::Place;
 
@@ -40,6 +41,28 @@ impl<W: World> Node<'_, W> {
         self.counts.rays_peak = self.counts.rays_peak.max(held);
         self.open(slot.root);
         Some(number)
+    }
+
+    /// The number of a new path.
+    fn begin_path(&mut self) -> u32 {
+        self.begun = self.begun.wrapping_add(1);
+        self.begun
+    }
+
+    /// The number of a path older than any that was never away: for those that come back.
+    fn oldest(&self) -> u32 {
+        self.begun.wrapping_sub(u32::MAX / 2)
+    }
+
+    /// Puts the slots that can go on in the order in which their paths were begun, if that is the order of work.
+    pub(super) fn order_ready(&mut self) {
+        if self.settings.order == TaskOrder::Made {
+            let Self { ready, rays, begun, .. } = self;
+            let age = |number: &u16| {
+                rays.get(usize::from(*number)).map_or(0, |slot| begun.wrapping_sub(slot.since))
+            };
+            sort_by_key(ready.as_mut_slice(), |number| !age(number));
+        }
     }
 
     /// A ray has ended.
@@ -164,7 +187,7 @@ impl<W: World> Node<'_, W> {
             let Self { world, counts, .. } = &mut *self;
             let next = world.next_shadow(&point, &mut lights, &mut counts.shade);
             let Some((shadow, key)) = next else { break true };
-            self.put_shadow(shadow, key, slot.root, slot.ray.pixel());
+            self.put_shadow(shadow, key, &slot);
             made = made.saturating_add(1);
         };
         self.work.light_samples = self.work.light_samples.saturating_add(u64::from(made));
@@ -197,11 +220,11 @@ impl<W: World> Node<'_, W> {
                 self.put(number, slot);
                 return false;
             }
-            if let Some(other) = self.take_slot(RaySlot::new(second, slot.root)) {
+            if let Some(other) = self.take_slot(RaySlot::new(second, slot.root, slot.since)) {
                 self.enqueue(other);
             }
         }
-        self.put(number, RaySlot::new(first, slot.root));
+        self.put(number, RaySlot::new(first, slot.root, slot.since));
         self.enqueue(number);
         true
     }
@@ -253,7 +276,7 @@ impl<W: World> Node<'_, W> {
         let limit = self.settings.limit(self.ray_time).doubled(slot.tries.min(8));
         slot.set_stage(Stage::Away);
         slot.sent_to = to.0;
-        slot.sent = now.ticks();
+        slot.since = now.ticks();
         slot.limit = limit.ticks().max(1);
         self.put(number, slot);
         self.note_deadline(now.after(limit));
@@ -267,11 +290,12 @@ impl<W: World> Node<'_, W> {
             if slot.stage() != Stage::Away {
                 continue;
             }
-            let age = now.ticks_since(slot.sent);
+            let age = now.ticks_since(slot.since);
             if age < slot.limit {
                 self.note_deadline(now.after(Time::of_ticks(slot.limit.saturating_sub(age))));
                 continue;
             }
+            slot.since = self.oldest();
             if slot.sent_to == REFUSED {
                 slot.set_stage(Stage::Send);
             } else {
@@ -303,6 +327,7 @@ impl<W: World> Node<'_, W> {
     pub(super) fn on_refusal(&mut self, to: &ReturnAddress, now: Time) {
         let (most, pause) = (self.settings.refusals, Time(self.settings.patience.0 / 16));
         let limited = self.keeps(Rule::RefusalLimit);
+        let oldest = self.oldest();
         let Some(slot) = self.away(to) else {
             self.note_unasked();
             return;
@@ -311,10 +336,11 @@ impl<W: World> Node<'_, W> {
         let home = slot.refusals > most && limited;
         if home {
             slot.home = 1;
+            slot.since = oldest;
             slot.set_stage(Stage::Trace);
         } else {
             slot.sent_to = REFUSED;
-            slot.sent = now.ticks();
+            slot.since = now.ticks();
             slot.limit = pause.ticks().max(1);
         }
         self.counts.refused = self.counts.refused.saturating_add(1);
@@ -348,7 +374,8 @@ impl<W: World> Node<'_, W> {
             root.to = to;
             root.sum = crate::protocol::join(message.sum);
         }
-        let mut slot = RaySlot::new(message.ray, at as u16).at_trail(&message.trail);
+        let number = self.begin_path();
+        let mut slot = RaySlot::new(message.ray, at as u16, number).at_trail(&message.trail);
         slot.best = message.best;
         if let Some(number) = self.take_slot(slot) {
             self.enqueue(number);
@@ -366,7 +393,8 @@ impl<W: World> Node<'_, W> {
             let Some(root) = self.roots.get_mut(usize::from(at)) else { break };
             if let Some(ray) = self.world.camera(root.tile, &mut root.camera) {
                 self.counts.shade.primary = self.counts.shade.primary.saturating_add(1);
-                if let Some(number) = self.take_slot(RaySlot::new(ray, at)) {
+                let path = self.begin_path();
+                if let Some(number) = self.take_slot(RaySlot::new(ray, at, path)) {
                     self.enqueue(number);
                 }
                 opened = true;

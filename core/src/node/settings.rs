@@ -103,8 +103,8 @@ impl Prefetch {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
 pub enum TaskOrder {
-    /// In the order in which they were made, as far as their blocks are here. Not there yet: as [`Self::Ready`].
+    /// That of the path that was begun first: a few paths come to their end before others get far.
     Made,
-    /// As their blocks arrive.
+    /// The one that could go on first: as blocks arrive.
     Ready,
 }

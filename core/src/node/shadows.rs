@@ -22,13 +22,13 @@ impl<W: World> Node<'_, W> {
         &mut self,
         mut shadow: Shadow,
         key: crate::path::PathKey,
-        root: u16,
-        pixel: u16,
+        from: &RaySlot,
     ) {
+        let (root, pixel) = (from.root, from.ray.pixel());
         if self.settings.schedule.migrates(RayKind::Shadow) {
             self.counts.shade.shadow = self.counts.shade.shadow.saturating_add(1);
             let ray = PathRay::of_shadow(&shadow, key, pixel);
-            if let Some(number) = self.take_slot(RaySlot::new(ray, root)) {
+            if let Some(number) = self.take_slot(RaySlot::new(ray, root, from.since)) {
                 self.enqueue(number);
             }
             return;

@@ -43,14 +43,16 @@ pub(super) struct RaySlot {
     pub(super) tries: u8,
     /// Of an away ray: the node it was sent to.
     pub(super) sent_to: u16,
-    /// Of an away ray: when it was sent, and how long that is given, in units of 2¹⁰ ns.
-    pub(super) sent: u32,
+    /// Of an away ray: when it was sent, in ticks. Of any other the number of its path, in the order in which they were begun.
+    pub(super) since: u32,
+    /// Of an away ray: how long it is given, in ticks.
     pub(super) limit: u32,
 }
 
 impl RaySlot {
-    pub(super) fn new(ray: PathRay, root: u16) -> Self {
-        let slot = Self { ray, root, stage: Stage::Trace as u8, ..Self::zeroed() };
+    /// A ray of path `number`.
+    pub(super) fn new(ray: PathRay, root: u16, number: u32) -> Self {
+        let slot = Self { ray, root, stage: Stage::Trace as u8, since: number, ..Self::zeroed() };
         slot.at_trail(&Trail::START)
     }
 

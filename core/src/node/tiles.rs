@@ -119,7 +119,6 @@ impl Tiles {
 impl<W: World> Node<'_, W> {
     /// Asks a master for tiles when the camera rays of all that it has are under way.
     pub(super) fn ask_for_tiles(&mut self, now: Time) {
-        self.begin_leased(now);
         let is_master = self.master() == HOST && self.settings.group > 0;
         let wanted = if is_master {
             let most = u32::from(self.settings.group).saturating_mul(LEASE_PER_NODE);
@@ -157,16 +156,16 @@ impl<W: World> Node<'_, W> {
         tiles.iter().position(|root| root.state() == RootState::Free)
     }
 
-    /// Begins a tile that this node may render.
-    fn begin_leased(&mut self, now: Time) {
+    /// Begins a tile that this node may render: whether there was one.
+    pub(super) fn begin_leased(&mut self, now: Time) -> bool {
         if self.tiles.opening(self.roots).is_some() {
-            return;
+            return false;
         }
-        let Some(at) = self.free_tile() else { return };
-        let Some(tile) = self.tiles.take_leased() else { return };
+        let Some(at) = self.free_tile() else { return false };
+        let Some(tile) = self.tiles.take_leased() else { return false };
         let pixels = self.world.tile_pixels(tile);
         if pixels == 0 || pixels > self.tiles.pixels {
-            return;
+            return false;
         }
         if let Some(root) = self.roots.get_mut(at) {
             root.set_state(RootState::Opening);
@@ -179,6 +178,7 @@ impl<W: World> Node<'_, W> {
         let roots = self.roots.get(..self.tiles.len).unwrap_or_default();
         let held = roots.iter().filter(|root| root.state() != RootState::Free).count() as u32;
         self.counts.tiles_peak = self.counts.tiles_peak.max(held);
+        true
     }
 
     pub(super) fn on_grant(&mut self, number: u32, first: u32, count: u32, wait: u32, now: Time) {

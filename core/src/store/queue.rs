@@ -47,6 +47,15 @@ impl<'a, T: Copy> Queue<'a, T> {
         value
     }
 
+    /// All values in one piece, to be put in another order: the first is the next.
+    pub(crate) fn as_mut_slice(&mut self) -> &mut [T] {
+        if self.first <= self.items.len() {
+            self.items.rotate_left(self.first);
+            self.first = 0;
+        }
+        self.items.get_mut(..self.len).unwrap_or_default()
+    }
+
     /// The oldest value.
     #[must_use]
     pub fn front(&self) -> Option<&T> {

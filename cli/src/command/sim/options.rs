@@ -67,6 +67,7 @@ pub(in crate::command) fn with_mesh(
     options.replicas = divided.replicas;
     options.prefetch = divided.prefetch;
     options.order = divided.order;
+    options.group = divided.group;
     options.refusals = divided.refusals;
     options.tile = divided.tile;
     options.owned_in_arena = mesh.owned_in_arena;

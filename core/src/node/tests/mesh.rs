@@ -22,6 +22,7 @@ pub(super) struct Setup {
     pub(super) replicas: u16,
     pub(super) refusals: u8,
     pub(super) group: u16,
+    pub(super) order: TaskOrder,
     /// Memory beyond the least.
     pub(super) more: More,
     /// Bundles do not wait for company.
@@ -182,7 +183,7 @@ impl<'a> World<'a> {
             placement: setup.placement(),
             refusals: setup.refusals,
             prefetch: Prefetch::Nearest(0),
-            order: TaskOrder::Made,
+            order: setup.order,
             patience: Time(1 << 20),
             bundle_age: Time(if setup.hasty { 0 } else { 1 << 12 }),
             group: setup.group,
@@ -303,8 +304,8 @@ impl<'a> World<'a> {
         if actions.is_empty() && heals {
             actions.push(Action::Remind);
         } else if actions.is_empty() {
-            let crashed = self.dead.contains(&true) && !self.is_complete();
-            actions.extend(self.timers(|timer| timer != Timer::Dry || crashed));
+            let asks = tiles_may_be_lost(&self.setup, &self.dead) && !self.is_complete();
+            actions.extend(self.timers(|timer| timer != Timer::Dry || asks));
         }
         actions
     }
@@ -505,6 +506,7 @@ impl<'a> World<'a> {
         if self.host.room(Channel::Reply) == 0 {
             return;
         }
+        let lost = tiles_may_be_lost(&self.setup, &self.dead);
         let mut out = [0; 256];
         let mut len = 0;
         for message in Items::new(bytes) {
@@ -516,11 +518,7 @@ impl<'a> World<'a> {
                         // Fresh tiles first, then any that is not there yet.
                         let count = count.min(tiles - self.given.min(tiles));
                         let missing = self.sums.iter().position(Option::is_none);
-                        let late = if self.setup.timed {
-                            self.now.0 > 1 << 22
-                        } else {
-                            self.dead.contains(&true)
-                        };
+                        let late = if self.setup.timed { self.now.0 > 1 << 22 } else { lost };
                         *asker = match missing.filter(|_| late) {
                             _ if count > 0 => [number, self.given, count],
                             Some(tile) => [number, tile as u32, 1],
@@ -558,4 +556,10 @@ impl<'a> World<'a> {
     pub(super) fn summary(&self) -> Vec<String> {
         self.nodes.iter().map(Node::summary).collect()
     }
+}
+
+/// Whether the host gives tiles again that are not there yet: a node has died, or a sub-master may have given them to one that
+/// never heard of it.
+fn tiles_may_be_lost(setup: &Setup, dead: &[bool]) -> bool {
+    dead.contains(&true) || setup.group > 0
 }

@@ -8,7 +8,7 @@ mod walks;
 
 use self::mesh::{Faults, More, Setup};
 use self::toy::Toy;
-use super::Schedule;
+use super::{Schedule, TaskOrder};
 use crate::network::Topology;
 
 const SCHEDULES: [Schedule; 3] = [Schedule::Hybrid, Schedule::Demand, Schedule::Data];
@@ -22,6 +22,7 @@ fn setup(topology: (&str, u32), schedule: Schedule, toy: Toy) -> Setup {
         replicas: 1,
         refusals: 1,
         group: 0,
+        order: TaskOrder::Ready,
         more: More::default(),
         hasty: false,
         timed: false,

@@ -1,8 +1,8 @@
 //! The state of a node as a checker sees it: without what only counts, and with times that have passed or have not.
 
 use super::super::rays::REFUSED;
-use super::super::slots::{RootState, Stage};
-use super::super::{Counts, Node, Time, World};
+use super::super::slots::{RaySlot, RootState, Stage};
+use super::super::{Counts, Node, TaskOrder, Time, World};
 use crate::tests::snapshot::Snapshot;
 use std::vec::Vec;
 
@@ -28,19 +28,37 @@ pub(super) enum Timer {
 }
 
 impl<W: World> Node<'_, W> {
+    /// Numbers the paths by age alone, or not at all where it decides nothing.
+    fn rank_paths(&mut self) {
+        let has_number = |slot: &&mut RaySlot| !matches!(slot.stage(), Stage::Free | Stage::Away);
+        let age = |since: u32| self.begun.wrapping_sub(since);
+        let mut ages: Vec<_> =
+            self.rays.iter_mut().filter(has_number).map(|s| age(s.since)).collect();
+        ages.sort_unstable();
+        ages.dedup();
+        let made = self.settings.order == TaskOrder::Made;
+        for slot in self.rays.iter_mut().filter(has_number) {
+            let rank = ages.binary_search(&age(slot.since)).unwrap() as u32;
+            slot.since = if made { 0_u32.wrapping_sub(rank) } else { 0 };
+        }
+        self.begun = 0;
+    }
+
     /// Writes or reads its state; what behaves alike is made alike before.
     pub(super) fn snapshot(&mut self, s: &mut Snapshot) {
         let most = self.settings.refusals.saturating_add(1);
+        self.rank_paths();
         for slot in self.rays.iter_mut() {
             if slot.stage() == Stage::Away {
-                slot.sent = NOW.ticks();
+                slot.since = NOW.ticks();
                 slot.limit = if slot.limit == u32::MAX { u32::MAX } else { 1 };
                 slot.refusals = slot.refusals.min(most);
             } else {
-                (slot.sent, slot.limit, slot.sent_to) = (0, 0, 0);
+                (slot.limit, slot.sent_to) = (0, 0);
             }
             s.pod(slot);
         }
+        s.pod(&mut self.begun);
         s.len(&mut self.free_len);
         s.all(&mut self.free[..self.free_len]);
         self.ready.snapshot(s);

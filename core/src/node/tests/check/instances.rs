@@ -4,7 +4,7 @@ use super::super::mesh::{Faults, Setup};
 use super::super::toy::{NO_ENDS, Toy};
 use super::super::{SCHEDULES, setup};
 use super::{describe, explore};
-use crate::node::Schedule;
+use crate::node::{Schedule, TaskOrder};
 
 /// States that a search in the suite may have. `KILORAY_CHECK=1000000` looks further than the suite has time for.
 fn most() -> usize {
@@ -64,6 +64,15 @@ fn every_run_ends_and_leaves_nothing() {
             [(("line", 2), 2, 2), (("line", 3), 2, 1), (("ring", 3), 2, 1), (("mesh:2x2", 4), 1, 1)]
         {
             all_hold(topology, tiles, splits, Faults::default());
+        }
+    }
+}
+
+#[test]
+fn the_oldest_path_may_go_first() {
+    for schedule in SCHEDULES {
+        for (topology, tiles, splits) in [(("line", 2), 2, 1), (("ring", 3), 1, 1)] {
+            holds(&Setup { order: TaskOrder::Made, ..mesh(topology, tiles, splits, schedule) });
         }
     }
 }

@@ -4,6 +4,7 @@ use super::super::mesh::{Action, Broken, Faults, More, Setup, World, memory};
 use super::super::toy::{NO_ENDS, Toy};
 use super::super::{SCHEDULES, setup};
 use super::{Flaw, Found, Kind, describe};
+use crate::node::TaskOrder;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 /// Steps after which a run counts as endless.
@@ -60,6 +61,8 @@ pub(super) fn drawn(seed: u64) -> Setup {
         refusals: random.u8(..3),
         hasty: random.bool(),
         fused: random.bool(),
+        order: if random.bool() { TaskOrder::Made } else { TaskOrder::Ready },
+        group: random.u16(..4),
         ..setup(topology, schedule, toy)
     }
 }
