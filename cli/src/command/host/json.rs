@@ -122,6 +122,7 @@ impl Run<'_> {
         all["prefetch"] = json!(prefetch(o.prefetch));
         all["task_order"] = json!(format!("{:?}", o.order).to_lowercase());
         all["packet"] = json!(o.packet);
+        all["group"] = json!(o.group);
         all["refusals"] = json!(o.refusals);
         // As it is printed: 0.7, not the nearest f32.
         let stops = self.exposure.and_then(|stops| stops.to_string().parse::<f64>().ok());

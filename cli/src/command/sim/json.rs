@@ -143,6 +143,7 @@ impl Run<'_> {
             kiloray_sim::Switching::StoreAndForward => "store",
             kiloray_sim::Switching::CutThrough => "cut",
         });
+        options["group"] = json!(o.group);
         options["refusals"] = json!(o.refusals);
         options["loss"] = json!(rate(o.faults.loss));
         options["duplicate"] = json!(rate(o.faults.duplicate));
