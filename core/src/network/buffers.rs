@@ -78,6 +78,14 @@ impl RouterSize {
         self.slots_before(usize::from(self.ports) * LANES) + self.own_slots()
     }
 
+    /// Packets that it can hold: those of lanes that the topology has.
+    #[must_use]
+    pub fn packets(&self) -> usize {
+        let depths = Channel::ALL.map(|channel| usize::from(self.depth_of(channel)));
+        let lanes = usize::from(self.ports) * usize::from(self.classes.clamp(1, 2));
+        lanes * depths.iter().sum::<usize>() + self.own_slots()
+    }
+
     /// What a router takes of an arena \[bytes\].
     #[must_use]
     pub fn arena_bytes(&self) -> usize {

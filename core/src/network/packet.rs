@@ -76,7 +76,7 @@ pub struct PacketHeader {
     pub kind: u8,
     /// The lane of a data packet.
     pub lane: u8,
-    /// The lesser is sent first. Of a control packet: [`ASKS`](Self::ASKS), or 0.
+    /// The lesser is sent first; it falls each time another packet goes before. Of a control packet: [`ASKS`](Self::ASKS), or 0.
     pub priority: u8,
     /// Zero.
     pub _zero: u8,

@@ -11,17 +11,12 @@ pub(super) struct PortState {
     pub(super) receivers: [CreditReceiver; LANES],
     /// The limits that the far end was last told.
     told: [Sequence; LANES],
-    /// The queue after the one that was served last in its turn.
+    /// The queue after the one that was served last.
     pub(super) turn: u16,
     /// Why a control packet is to be sent: 0, [`TELL`] or [`ASK`].
     pub(super) control: u8,
-    /// How often in a row a more urgent packet went before one whose turn it was.
-    pub(super) passed: u8,
+    _zero: u8,
 }
-
-/// So often in a row an urgent packet may go before one whose turn it is. One that waits for ever would stop all behind it, the
-/// urgent ones too.
-pub(super) const PASSED_MAX: u8 = 3;
 
 /// The far end has asked, or one that is new to it has been accounted for.
 pub(super) const TELL: u8 = 1;
@@ -38,7 +33,7 @@ impl PortState {
             told: receivers.map(|receiver| receiver.limit()),
             turn: 0,
             control: 0,
-            passed: 0,
+            _zero: 0,
         }
     }
 

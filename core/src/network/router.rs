@@ -1,8 +1,9 @@
 use super::buffers::{ARRIVED, RouterMemory, RouterSize, Slot};
 use super::packet::{Channel, LANES, Lane, PacketHeader};
-use super::port::{ASK, PASSED_MAX, PortState, TELL};
-use super::{Arrival, CreditSender, Mesh, NodeId, Port, Sequence};
+use super::port::{ASK, PortState, TELL};
+use super::{Arrival, Mesh, NodeId, Port, Sequence};
 use crate::store::{Arena, ArenaFull};
+use choice::{Sent, fresh};
 
 /// What became of a packet that came over a link.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -26,8 +27,10 @@ pub struct Busy;
 /// The packets of a node: those that pass through, that have arrived, and that leave.
 ///
 /// A packet lies in a buffer of the link and lane it came by until the next link has credit for it, or the node
-/// consumes it. Lanes never wait for each other. Of the packets that could leave by a port the most urgent goes first, and among equals
-/// the queues take turns; but none is passed over more than a few times when it is its turn.
+/// consumes it. Lanes never wait for each other. Of the packets that want the same port, or the node itself, the most urgent goes first, and among equals
+/// the queues take turns. Those that are passed over become more urgent, and stay so on the rest of their way: none waits for ever, and what has come
+/// far is not held up anew at each hop by what is nearer. (With turns alone each hop on the way to a node that many ask halves what is left
+/// for those behind it: Abts & Weisser 2007, "Age-based packet arbitration in large-radix k-ary n-cubes".)
 #[derive(Debug)]
 pub struct Router<'a> {
     mesh: Mesh,
@@ -38,6 +41,8 @@ pub struct Router<'a> {
     holds: bool,
     /// Packets that are held back at the end of the node's own queues, by channel.
     held: [u8; Channel::ALL.len()],
+    /// The queue after the one that was consumed last, by channel.
+    turns: [u16; Channel::ALL.len()],
     /// See [`take_changed`](Self::take_changed).
     changed: u64,
     /// See [`take_news`](Self::take_news).
@@ -65,6 +70,7 @@ impl<'a> Router<'a> {
             memory: RouterMemory::carve(arena, &size)?,
             holds: false,
             held: [0; Channel::ALL.len()],
+            turns: [0; Channel::ALL.len()],
             changed: 0,
             news: false,
             #[cfg(test)]
@@ -84,7 +90,8 @@ impl<'a> Router<'a> {
         self.here
     }
 
-    /// Takes a packet of the node's own into the buffers. One for the node itself arrives at once.
+    /// Takes a packet of the node's own into the buffers. One for the node itself arrives at once. Priorities are 0 to 7, the most urgent first: each step is worth
+    /// being passed over once.
     ///
     /// # Errors
     /// [`Busy`] if the buffers of that channel are full; also, for ever, for a payload longer than a packet's or a node that
@@ -96,7 +103,7 @@ impl<'a> Router<'a> {
         priority: u8,
         payload: &[u8],
     ) -> Result<(), Busy> {
-        self.push(self.own_queue(channel), (to, self.here), priority, payload)?;
+        self.push(self.own_queue(channel), (to, self.here), fresh(priority), payload)?;
         if self.holds
             && let Some(held) = self.held.get_mut(channel as usize)
         {
@@ -212,7 +219,7 @@ impl<'a> Router<'a> {
         }
     }
 
-    /// The oldest of the most urgent packets of a channel that have arrived for this node: who has sent it, and what.
+    /// The most urgent packet of a channel that has arrived for this node: who has sent it, and what.
     #[must_use]
     pub fn arrived(&self, channel: Channel) -> Option<(NodeId, &[u8])> {
         let queue = self.arrived_queue(channel)?;
@@ -222,9 +229,12 @@ impl<'a> Router<'a> {
 
     /// Frees the buffer of the packet that [`arrived`](Self::arrived) shows.
     pub fn consume(&mut self, channel: Channel) {
-        if let Some(queue) = self.arrived_queue(channel) {
-            self.pop(queue);
+        let Some(queue) = self.arrived_queue(channel) else { return };
+        if let Some(turn) = self.turns.get_mut(channel as usize) {
+            *turn = queue.wrapping_add(1) as u16;
         }
+        self.pass_over(|at, fifo| at != queue && fifo.port == ARRIVED && is_of(at, channel));
+        self.pop(queue);
     }
 
     /// Writes the next packet for a link to `out`, and gives its length; `None` if nothing is to be sent, or nothing may be.
@@ -271,6 +281,12 @@ impl<'a> Router<'a> {
         self.memory.fifos.iter().skip(first).take(LANES).map(|fifo| u32::from(fifo.peak)).sum()
     }
 
+    /// The same of all ports and the node's own packets, as if they had been fullest together.
+    #[must_use]
+    pub fn packets_peak(&self) -> u32 {
+        self.memory.fifos.iter().map(|fifo| u32::from(fifo.peak)).sum()
+    }
+
     /// Packets that the buffers of a port can hold.
     #[must_use]
     pub fn buffers(&self) -> u32 {
@@ -285,18 +301,14 @@ impl<'a> Router<'a> {
     }
 
     fn send(&mut self, port: Port, sent: Sent, out: &mut [u8]) -> Option<usize> {
-        let Sent { queue, lane, in_turn } = sent;
+        let Sent { queue, lane } = sent;
         let (slot, payload) = self.head(queue)?;
         let len = PacketHeader::BYTES + payload.len();
         let (head, body) = out.get_mut(..len)?.split_at_mut_checked(PacketHeader::BYTES)?;
         body.copy_from_slice(payload);
         let state = self.memory.ports.get_mut(usize::from(port.0))?;
         let _number = state.senders.get_mut(lane.index())?.take()?;
-        if in_turn {
-            (state.turn, state.passed) = (queue.wrapping_add(1) as u16, 0);
-        } else {
-            state.passed = state.passed.saturating_add(1);
-        }
+        state.turn = queue.wrapping_add(1) as u16;
         let header = PacketHeader {
             lane: lane.index() as u8,
             priority: slot.priority,
@@ -306,6 +318,7 @@ impl<'a> Router<'a> {
         };
         state.control = 0;
         head.copy_from_slice(bytemuck::bytes_of(&header));
+        self.pass_over(|at, fifo| at != queue && fifo.port == port.0);
         self.pop(queue);
         Some(len)
     }
@@ -325,49 +338,13 @@ impl<'a> Router<'a> {
         Some(PacketHeader::BYTES)
     }
 
-    /// The queue whose head leaves by this port next, and the lane it takes there.
-    fn next_for(&self, port: Port) -> Option<Sent> {
-        let state = self.memory.ports.get(usize::from(port.0))?;
-        let queues = self.memory.fifos.get(..self.size.queues())?;
-        let (before, after) =
-            queues.split_at_checked(usize::from(state.turn)).unwrap_or((&[], queues));
-        let first = before.len();
-        let in_turn = (first..).zip(after).chain((0..).zip(before));
-        let mut best: Option<(u8, Sent)> = None;
-        for (queue, fifo) in in_turn.filter(|(_, fifo)| fifo.port == port.0) {
-            let lane = Lane::new(self.channel_of(queue), fifo.class);
-            let credit = state.senders.get(lane.index()).map_or(0, CreditSender::available);
-            let earlier = best.as_ref().is_none_or(|(priority, _)| fifo.priority < *priority);
-            if credit > 0 && earlier && !self.is_held(queue) {
-                let in_turn = best.is_none();
-                best = Some((fifo.priority, Sent { queue, lane, in_turn }));
-                if state.passed >= PASSED_MAX {
-                    break;
-                }
-            }
-        }
-        best.map(|(_, sent)| sent)
-    }
-
-    fn arrived_queue(&self, channel: Channel) -> Option<usize> {
-        let mut best: Option<(u8, usize)> = None;
-        let queues = self.memory.fifos.get(..self.size.queues())?;
-        for (queue, fifo) in (0..).zip(queues).filter(|(_, fifo)| fifo.port == ARRIVED) {
-            let earlier = best.is_none_or(|(priority, _)| fifo.priority < priority);
-            if self.carries(queue, channel) && earlier {
-                best = Some((fifo.priority, queue));
-            }
-        }
-        best.map(|(_, queue)| queue)
-    }
-
     /// Whether the head of a queue is of a channel, if there is one.
     fn carries(&self, queue: usize, channel: Channel) -> bool {
         #[cfg(test)]
         if self.one_channel {
             return self.kind_at_head(queue) == Some(channel);
         }
-        queue_lane(queue).channel() == channel
+        is_of(queue, channel)
     }
 
     /// On which channel the packets of a queue leave.
@@ -507,21 +484,17 @@ impl<'a> Router<'a> {
     }
 }
 
-/// What leaves next by a port.
-struct Sent {
-    queue: usize,
-    /// The lane that it takes there.
-    lane: Lane,
-    /// It was the turn of its queue; else it goes before others since it is urgent.
-    in_turn: bool,
-}
-
+mod choice;
 mod gone;
 #[cfg(test)]
 mod state;
 
 fn port_bit(port: u16) -> u64 {
     1 << (port % 64)
+}
+
+fn is_of(queue: usize, channel: Channel) -> bool {
+    queue_lane(queue).channel() == channel
 }
 
 fn queue_lane(queue: usize) -> Lane {

@@ -183,7 +183,9 @@ impl<'a, W: World> Node<'a, W> {
         budget.note_peak(Line::Bundles, self.counts.shadows_peak as usize);
         budget.note_peak(Line::Points, self.counts.visitors_peak as usize);
         budget.note_peak(Line::Tile, self.counts.tiles_peak as usize);
-        budget.note_peak(Line::Messages, budget.line(Line::Messages).capacity);
+        let inbox = usize::from(self.inbox_len > 0);
+        let packets = (self.router.packets_peak() as usize).saturating_add(self.outbox.peak());
+        budget.note_peak(Line::Messages, packets.saturating_add(inbox));
         budget
     }
 

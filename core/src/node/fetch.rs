@@ -8,8 +8,10 @@ use crate::protocol::Message;
 use crate::store::{Claim, Place};
 use bytemuck::Zeroable;
 
-/// Requests without an answer, for each copy, after which a block counts as lost.
-const FETCH_TRIES: u8 = 16;
+/// Requests without an answer, for each copy, after which a block counts as lost, and one more for each hop beyond so many: where a packet is
+/// lost on each link with a chance of 1 in 100, as on a ring of 256 nodes, one request in four gets across.
+const FETCH_TRIES: u16 = 16;
+const NEAR: u16 = 8;
 
 impl<W: World> Node<'_, W> {
     /// Sees to it that a block comes: reserves its frame, and asks for it. A request joins one that is under way.
@@ -108,7 +110,9 @@ impl<W: World> Node<'_, W> {
             fetch.tries = fetch.tries.saturating_add(1);
             fetch.again = 1;
             fetch.state = TO_BE_SENT;
-            let most = self.settings.placement.copies().saturating_mul(FETCH_TRIES.into());
+            let hops = self.router.mesh().distance(self.here, fetch.asked());
+            let tries = FETCH_TRIES.saturating_add(hops.saturating_sub(NEAR));
+            let most = self.settings.placement.copies().saturating_mul(tries);
             if u16::from(fetch.tries) >= most.min(u8::MAX.into()) {
                 // It goes on asking: who was thought dead may come back.
                 self.lost = Some(fetch.block);

@@ -12,6 +12,8 @@ pub(super) struct Outbox<'a> {
     open: &'a mut [Open],
     bytes: &'a mut [u8],
     payload: usize,
+    /// Most bundles that were open at once.
+    peak: usize,
 }
 
 /// A bundle that may still grow.
@@ -36,7 +38,12 @@ impl Open {
 impl<'a> Outbox<'a> {
     /// Bundles of `payload` bytes; at least one for each channel.
     pub(super) fn new(open: &'a mut [Open], bytes: &'a mut [u8], payload: usize) -> Self {
-        Self { open, bytes, payload }
+        Self { open, bytes, payload, peak: 0 }
+    }
+
+    /// Most bundles that were open at once.
+    pub(super) const fn peak(&self) -> usize {
+        self.peak
     }
 
     /// Whether `count` more messages of this size and channel find room, wherever they go.
@@ -82,6 +89,8 @@ impl<'a> Outbox<'a> {
             let state = channel as u8 + 1;
             let open = Open { since: now.0, to: to.0, len: 0, priority, state, _zero: [0; 2] };
             found = self.append(at, open, message, payload);
+            let open = self.open.iter().filter(|open| open.state != 0).count();
+            self.peak = self.peak.max(open);
         }
         let Some(bytes) = found else { return false };
         counts.sent.note(message, bytes);

@@ -232,7 +232,8 @@ impl NodePlan {
             Arena::bytes_of::<u16>(self.rays).saturating_mul(2),
         ]);
         let roots = Arena::bytes_of::<Root>(self.tiles.saturating_add(self.visits));
-        let packets = self.router.slots().saturating_add(self.bundles);
+        // And the inbox.
+        let packets = self.router.packets().saturating_add(self.bundles).saturating_add(1);
         let messages = sum(&[
             self.router.arena_bytes(),
             Arena::bytes_of::<Open>(self.bundles),

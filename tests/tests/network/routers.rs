@@ -61,7 +61,23 @@ impl<'a> Network<'a> {
     }
 
     /// Moves what can move on every wire and into every node; whether anything did.
-    fn step(&mut self, mut fault: impl FnMut() -> Fault) -> bool {
+    fn step(&mut self, fault: impl FnMut() -> Fault) -> bool {
+        let mut moved = self.carry(fault);
+        for router in &mut self.routers {
+            for channel in Channel::ALL {
+                while let Some((_, payload)) = router.arrived(channel) {
+                    moved = true;
+                    let id = u32::from_le_bytes(payload.try_into().expect("four bytes"));
+                    self.arrived[id as usize] += 1;
+                    router.consume(channel);
+                }
+            }
+        }
+        moved
+    }
+
+    /// Moves what can move on every wire; whether anything did.
+    fn carry(&mut self, mut fault: impl FnMut() -> Fault) -> bool {
         let mut moved = false;
         for node in places(&self.mesh) {
             for port in 0..self.mesh.ports(node) {
@@ -86,16 +102,6 @@ impl<'a> Network<'a> {
                 moved = true;
                 let received = self.router(far).receive(back, &packet, |_| false);
                 assert!(received != Received::Bad);
-            }
-        }
-        for router in &mut self.routers {
-            for channel in Channel::ALL {
-                while let Some((_, payload)) = router.arrived(channel) {
-                    moved = true;
-                    let id = u32::from_le_bytes(payload.try_into().expect("four bytes"));
-                    self.arrived[id as usize] += 1;
-                    router.consume(channel);
-                }
             }
         }
         moved
@@ -348,4 +354,50 @@ fn who_asks_for_credit_gets_it() {
     while network.step(|| Fault::None) {}
     assert_eq!(network.arrived, [0, 1]);
     assert!(!network.routers[0].remind(), "all credit is here again");
+}
+
+/// Both neighbours of a node send all they can, one of them more urgently; the node takes one packet at a time.
+#[test]
+fn no_link_starves_at_the_node_that_consumes() {
+    for priorities in [[0, 0], [4, 0], [0, 4]] {
+        let mesh = Mesh::new(Topology::parse("line", 3).expect("a shape that exists"));
+        let mut memory = Memory::new(&mesh, 2);
+        let mut network = Network::new(mesh, &mut memory, 0);
+        let mut taken = [0; 2];
+        for _ in 0..400 {
+            for (from, priority) in [0, 2].into_iter().zip(priorities) {
+                let router = network.router(NodeId(from));
+                while router.inject(NodeId(1), Channel::Request, priority, &[]).is_ok() {}
+            }
+            network.carry(|| Fault::None);
+            let node = network.router(NodeId(1));
+            let (from, _) = node.arrived(Channel::Request).expect("there always is one");
+            taken[usize::from(from.0 / 2)] += 1;
+            node.consume(Channel::Request);
+        }
+        assert!(taken.iter().all(|&taken| taken >= 400 / 6), "{priorities:?}: {taken:?}");
+    }
+}
+
+/// All nodes of a line send all they can to the first one, which takes one packet at a time: with turns alone, each hop would halve what the nodes behind it get.
+#[test]
+fn far_nodes_get_their_part() {
+    const NODES: u16 = 8;
+    let mesh = Mesh::new(Topology::parse("line", NODES.into()).expect("a shape that exists"));
+    let mut memory = Memory::new(&mesh, 2);
+    let mut network = Network::new(mesh, &mut memory, 0);
+    let mut taken = [0; NODES as usize];
+    for _ in 0..8000 {
+        for from in 1..NODES {
+            let router = network.router(NodeId(from));
+            while router.inject(NodeId(0), Channel::Request, 0, &[]).is_ok() {}
+        }
+        network.carry(|| Fault::None);
+        let node = network.router(NodeId(0));
+        if let Some((from, _)) = node.arrived(Channel::Request) {
+            taken[usize::from(from.0)] += 1;
+            node.consume(Channel::Request);
+        }
+    }
+    assert!(taken[1..].iter().all(|&taken| taken >= 8000 / 7 / 3), "{taken:?}");
 }

@@ -25,6 +25,7 @@ impl Router<'_> {
             self.note_head(queue);
         }
         (self.changed, self.news) = (0, false);
+        self.turns.iter_mut().for_each(|turn| snapshot.pod(turn));
         snapshot.all(self.memory.ports);
     }
 

@@ -1,0 +1,69 @@
+//! Which packet goes next.
+
+use super::super::buffers::{ARRIVED, Fifo};
+use super::{Channel, Lane, Port, Router};
+
+/// What leaves next by a port.
+pub(super) struct Sent {
+    pub(super) queue: usize,
+    /// The lane that it takes there.
+    pub(super) lane: Lane,
+}
+
+impl Router<'_> {
+    /// The queue whose head leaves by this port next, and the lane it takes there.
+    pub(super) fn next_for(&self, port: Port) -> Option<Sent> {
+        let state = self.memory.ports.get(usize::from(port.0))?;
+        let lane = |queue, fifo: &Fifo| Lane::new(self.channel_of(queue), fifo.class);
+        let has_credit = |queue, fifo: &Fifo| {
+            state.senders.get(lane(queue, fifo).index()).is_some_and(|s| s.available() > 0)
+        };
+        let queue = self.most_urgent(state.turn, |queue, fifo| {
+            fifo.port == port.0 && has_credit(queue, fifo) && !self.is_held(queue)
+        })?;
+        Some(Sent { queue, lane: lane(queue, self.memory.fifos.get(queue)?) })
+    }
+
+    pub(super) fn arrived_queue(&self, channel: Channel) -> Option<usize> {
+        let turn = self.turns.get(channel as usize).copied().unwrap_or_default();
+        self.most_urgent(turn, |queue, fifo| fifo.port == ARRIVED && self.carries(queue, channel))
+    }
+
+    /// Of these queues the one with the most urgent head; among equals the first from that whose turn it is.
+    fn most_urgent(&self, turn: u16, is_one: impl Fn(usize, &Fifo) -> bool) -> Option<usize> {
+        let queues = self.memory.fifos.get(..self.size.queues())?;
+        let (before, after) = queues.split_at_checked(usize::from(turn)).unwrap_or((&[], queues));
+        let in_turn = (before.len()..).zip(after).chain((0..).zip(before));
+        let mut best: Option<(u8, usize)> = None;
+        for (queue, fifo) in in_turn {
+            let earlier = best.is_none_or(|(priority, _)| fifo.priority < priority);
+            if earlier && is_one(queue, fifo) {
+                best = Some((fifo.priority, queue));
+            }
+        }
+        best.map(|(_, queue)| queue)
+    }
+
+    /// Another packet went before the heads of these queues.
+    pub(super) fn pass_over(&mut self, is_one: impl Fn(usize, &Fifo) -> bool) {
+        for queue in 0..self.size.queues() {
+            let Some(fifo) = self.memory.fifos.get(queue) else { break };
+            if fifo.len == 0 || !is_one(queue, fifo) {
+                continue;
+            }
+            let head = self.slot(queue, usize::from(fifo.first));
+            if let (Some(fifo), Some(slot)) =
+                (self.memory.fifos.get_mut(queue), self.memory.slots.get_mut(head))
+            {
+                slot.priority = slot.priority.saturating_sub(1);
+                fifo.priority = slot.priority;
+            }
+        }
+    }
+}
+
+/// Of a packet that nothing went before.
+pub(super) const fn fresh(priority: u8) -> u8 {
+    const LEAST: u8 = 7;
+    if priority < LEAST { u8::MAX - LEAST + priority } else { u8::MAX }
+}
