@@ -9,7 +9,6 @@ mod command;
 mod compare;
 mod console;
 mod failure;
-mod framing;
 mod interrupt;
 mod output;
 mod page;

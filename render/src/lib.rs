@@ -10,6 +10,7 @@
 //! `kiloray-core` must not and `kiloray-simd` need not know it.
 
 mod error;
+pub mod framing;
 mod job;
 mod mapped;
 mod mesh;

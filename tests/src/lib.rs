@@ -4,4 +4,7 @@ pub mod export;
 pub mod kills;
 pub mod nothing_lost;
 pub mod oracle;
+pub mod pool;
+pub mod reference;
+pub mod same_bits;
 pub mod stress;

@@ -1,7 +1,7 @@
 //! Random small runs on a simulated mesh: each ends with the bits of one machine, or names a block of which no copy is left.
 
 use std::fmt;
-use std::ops::Range;
+use std::ops::{ControlFlow, Range};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Mutex, PoisonError};
@@ -9,12 +9,14 @@ use std::sync::{Mutex, PoisonError};
 use fastrand::Rng;
 use kiloray_core::network::{NodeId, Topology};
 use kiloray_core::node::{Dealing, Placement, Prefetch, Schedule, TaskOrder};
-use kiloray_render::Picture;
 use kiloray_scene::kilo::KiloFile;
 use kiloray_scene::{builtin, compile};
 use kiloray_sim::{
     Control, Crash, Faults, Link, Options, Profile, Rate, Slow, Switching, plan, simulate,
 };
+
+use crate::pool;
+use crate::reference::{bits, one_thread};
 
 /// Scenes that are drawn from.
 const SCENES: [&str; 4] = ["cornell", "glass", "colour-cube:4", "sinc:12"];
@@ -88,29 +90,16 @@ pub fn all(
     threads: usize,
     done: &(dyn Fn() + Sync),
 ) -> Result<u64, Failure> {
-    let next = AtomicU64::new(runs.start);
     let (lost, failure) = (AtomicU64::new(0), Mutex::new(None));
-    // Not rayon: the reference picture waits for a pool of its own, and a waiting worker would begin another run on its stack.
-    std::thread::scope(|scope| {
-        for _ in 0..threads.max(1) {
-            scope.spawn(|| {
-                loop {
-                    let number = next.fetch_add(1, Ordering::Relaxed);
-                    if number >= runs.end {
-                        break;
-                    }
-                    match run(scenes, seed, number) {
-                        Ok(end) => {
-                            lost.fetch_add(u64::from(end == End::Lost), Ordering::Relaxed);
-                            done();
-                        }
-                        Err(found) => {
-                            next.store(runs.end, Ordering::Relaxed);
-                            *failure.lock().unwrap_or_else(PoisonError::into_inner) = Some(found);
-                        }
-                    }
-                }
-            });
+    pool::each(runs, threads, &|number| match run(scenes, seed, number) {
+        Ok(end) => {
+            lost.fetch_add(u64::from(end == End::Lost), Ordering::Relaxed);
+            done();
+            ControlFlow::Continue(())
+        }
+        Err(found) => {
+            *failure.lock().unwrap_or_else(PoisonError::into_inner) = Some(found);
+            ControlFlow::Break(())
         }
     });
     match failure.into_inner().unwrap_or_else(PoisonError::into_inner) {
@@ -221,17 +210,6 @@ fn memory(random: &mut Rng, file: &KiloFile, options: &mut Options) {
     }
 }
 
-/// The picture by one thread over the file.
-fn reference(file: &KiloFile, options: &Options) -> Result<Picture, String> {
-    let Options { width, height, view, settings, .. } = *options;
-    let options = kiloray_render::Options::new(width, height, view);
-    let options = kiloray_render::Options { settings, threads: 1, ..options };
-    let cancel = AtomicBool::new(false);
-    let control = kiloray_render::Control { cancel: &cancel, progress: &|_, _| {} };
-    let rendered = kiloray_render::render(&file.view(), &options, &control);
-    rendered.map(|rendered| rendered.picture).map_err(|e| e.to_string())
-}
-
 fn check(file: &KiloFile, options: &Options) -> Result<End, String> {
     let control = Control { cancel: &AtomicBool::new(false), progress: &|_| {} };
     let outcome = simulate(&file.view(), options, &control).map_err(|e| e.to_string())?;
@@ -261,10 +239,8 @@ fn check(file: &KiloFile, options: &Options) -> Result<End, String> {
     if !outcome.complete {
         return Err("it is not complete, and says not why".into());
     }
-    let bits = |picture: &Picture| -> Vec<[u32; 3]> {
-        picture.pixels.iter().map(|pixel| pixel.map(f32::to_bits)).collect()
-    };
-    match bits(&outcome.picture) == bits(&reference(file, options)?) {
+    let Options { width, height, view, settings, .. } = *options;
+    match bits(&outcome.picture) == bits(&one_thread(file, width, height, view, settings)?) {
         true => Ok(End::Complete),
         false => Err("the picture differs".into()),
     }

@@ -7,13 +7,12 @@ use kiloray_core::{
     shade::Settings,
     store::{BudgetError, Line},
 };
-use kiloray_render::{Control, Error, Lanes, Options, Rendered};
+use kiloray_render::{Control, Error, Lanes, Options, Rendered, framing};
 
 use crate::{
     args::{Bounds, Common},
     console::{bytes, count},
     failure::{Failure, Outcome},
-    framing,
     progress::Progress,
     scene::Scene,
 };

@@ -4,13 +4,12 @@ use std::path::{Path, PathBuf};
 
 use kiloray_core::{node, scene::View};
 use kiloray_host::{Config, Folder, Job, MeshConfig, PictureConfig};
-use kiloray_render::MeshOptions;
+use kiloray_render::{MeshOptions, framing};
 
 use crate::{
     args::{self, Bounds, Common, Division, Placement, Prefetch, Schedule, TaskOrder, Top},
     command::{division, engine, node::refused},
     failure::{Failure, Outcome},
-    framing,
     scene::{self, Scene},
 };
 

@@ -1,4 +1,5 @@
 use kiloray_core::shade::Settings;
+use kiloray_render::framing;
 use kiloray_sim::{Error, MeshPlan, NodeShare, Options, plan};
 use serde_json::json;
 
@@ -7,7 +8,6 @@ use crate::{
     args::{self, Bounds},
     console::{bytes, count, line},
     failure::{Failure, Outcome},
-    framing,
     output::Output,
     scene::{self, Scene},
 };

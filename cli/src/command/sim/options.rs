@@ -2,14 +2,13 @@ use kiloray_core::{
     network::{NodeId, Topology},
     shade::Settings,
 };
-use kiloray_render::MeshOptions;
+use kiloray_render::{MeshOptions, framing};
 use kiloray_sim::{Crash, Error, Faults, Link, Options, Profile, Rate, Slow, Switching};
 
 use crate::{
     args::{self, Bounds},
     command::{division, engine},
     failure::{Failure, Outcome},
-    framing,
     scene::Scene,
 };
 

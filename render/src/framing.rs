@@ -1,9 +1,10 @@
-//! The view fitted to the picture: pixels stay square.
+//! A view fitted to a picture: pixels stay square.
 
 use kiloray_core::scene::{View, ViewKind};
 
-/// Width over height of what the view shows.
-pub(crate) fn aspect(view: &View) -> f64 {
+/// Width over height of what the view shows; 1 where that is no number.
+#[must_use]
+pub fn aspect(view: &View) -> f64 {
     let [width, height] = extent(view);
     let aspect = width / height;
     if aspect.is_finite() && aspect > 0.0 { aspect } else { 1.0 }
@@ -11,7 +12,8 @@ pub(crate) fn aspect(view: &View) -> f64 {
 
 /// The view widened, to the sides or up and down, so that a picture of this size has square pixels;
 /// all that it showed is still in the picture.
-pub(crate) fn fitted(mut view: View, width: u32, height: u32) -> View {
+#[must_use]
+pub fn fitted(mut view: View, width: u32, height: u32) -> View {
     let [right, up] = extent(&view);
     let wanted = f64::from(width) / f64::from(height);
     // A rounded size is no other shape.
