@@ -26,6 +26,7 @@ pub use plan::{MeshPlan, NodeShare, plan};
 pub use profile::Profile;
 pub use report::{
     CrashReport, FaultReport, Histogram, HistogramBucket, Latencies, LineReport, LinkReport,
-    MeshReport, MessageReport, NodeReport, NodeTime, Report, Sample, Timeline, Totals, TraceEvent,
+    MeshReport, MessageReport, NodeReport, NodeTime, Report, Sample, TileReport, Timeline, Totals,
+    TraceEvent, TraceFlow,
 };
 pub use simulate::simulate;

@@ -9,7 +9,7 @@ use crate::failure::{Failure, Outcome};
 /// Most values of an axis.
 const VALUES_MAX: usize = 1000;
 /// What a point of a sweep has not: they belong to the whole.
-const OF_THE_WHOLE: [&str; 6] = ["over", "output", "json", "report", "trace", "quiet"];
+const OF_THE_WHOLE: [&str; 7] = ["over", "each", "output", "json", "report", "trace", "quiet"];
 
 /// An option that a sweep varies.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
@@ -51,6 +51,17 @@ impl FromStr for Axis {
         }
         Ok(Self { option, values })
     }
+}
+
+/// What is varied where nothing is said: speed-up, and what efficiency depends on. Blocks have one size with all of these memories.
+pub(super) fn usual() -> Vec<Axis> {
+    let axes = [
+        "nodes=1..256",
+        "memory=32KiB..256KiB",
+        "prefetch=0,1,4,16,all",
+        "link-bandwidth=10MB/s,30MB/s,100MB/s,300MB/s,1GB/s,3GB/s,10GB/s",
+    ];
+    axes.iter().filter_map(|axis| axis.parse().ok()).collect()
 }
 
 /// `1..256`, `16KiB..1MiB`, `100MB/s..2GB/s`: doubled until the last, which is one of them.
@@ -168,6 +179,13 @@ mod tests {
         assert_eq!(of("memory=512KiB..2MiB"), "512KiB 1024KiB 2048KiB");
         assert_eq!(of("link-bandwidth=500MB/s..2GB/s"), "500MB/s 1000MB/s 2000MB/s");
         assert_eq!(of("schedule=hybrid,demand,data"), "hybrid demand data");
+    }
+
+    #[test]
+    fn the_usual_axes_are_axes() {
+        let axes: Vec<_> = usual().iter().map(|a| (a.option.clone(), a.values.len())).collect();
+        let expected = [("nodes", 9), ("memory", 4), ("prefetch", 5), ("link-bandwidth", 7)];
+        assert_eq!(axes, expected.map(|(option, values)| (option.to_owned(), values)));
     }
 
     #[test]

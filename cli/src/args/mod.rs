@@ -223,9 +223,12 @@ pub(crate) struct Node {
 pub(crate) struct Sweep {
     #[command(flatten)]
     pub(crate) scene: Scene,
-    /// An option to vary, and its values: memory=64KiB,128KiB or, doubling, nodes=1..256 (repeatable: all combinations)
-    #[arg(long, value_name = "OPTION=VALUES", required = true)]
+    /// An option to vary, and its values: memory=64KiB,128KiB or, doubling, nodes=1..256 (repeatable: all combinations) [default: nodes, memory, prefetch and link-bandwidth, each by itself]
+    #[arg(long, value_name = "OPTION=VALUES")]
     pub(crate) over: Vec<Axis>,
+    /// Vary one option at a time, with the others as they are given for all: plots for each, not all combinations
+    #[arg(long)]
+    pub(crate) each: bool,
     /// The directory of sweep.csv, the plots and index.html
     #[arg(short, long, value_name = "DIR", value_hint = ValueHint::DirPath, default_value = "sweep")]
     pub(crate) output: PathBuf,

@@ -30,7 +30,12 @@ fn read(arguments: &[OsString]) -> Result<Arguments, clap::Error> {
     let matches = command().try_get_matches_from(arguments)?;
     let mut read = Arguments::from_arg_matches(&matches)?;
     match (&mut read.command, matches.subcommand()) {
-        (Some(Command::Sweep(sweep)), Some((_, matches))) => sweep.typed = axis::typed(matches),
+        (Some(Command::Sweep(sweep)), Some((_, matches))) => {
+            sweep.typed = axis::typed(matches);
+            if sweep.over.is_empty() {
+                (sweep.over, sweep.each) = (axis::usual(), true);
+            }
+        }
         (Some(Command::Plan(plan)), Some((_, matches))) => {
             plan.is_mesh = mesh::is_typed(matches);
             if let Some(ram) = plan.ram {

@@ -116,6 +116,7 @@ pub(super) const SWEEP_JSON: &str = "Write all points as JSON ('-' for the stand
 
 pub(super) const SWEEP: &str = "\
 Examples:
+  kiloray sweep glass -o glass                     nodes, memory, prefetch, links: each by itself
   kiloray sweep glass --over nodes=1..256 -o speed-up
   kiloray sweep glass --over nodes=1..64 --over schedule=hybrid,demand,data -o schedules
   kiloray sweep sinc:500 --over memory=64KiB..1MiB --over prefetch=0,4,all -o caches
@@ -123,7 +124,8 @@ Examples:
 
 Any option of 'kiloray sim' can be an axis, by its name; what is not varied is given as for 'sim'.
 Lists and ranges mix: nodes=1..16,24,32. A range doubles. All combinations are simulated, on all
-cores; the order of the table is that of the axes, whatever was done first. The first axis with
+cores, or with --each one option at a time, with a row of plots for each; the order of the table
+is that of the axes, whatever was done first. The first axis with
 numbers is across in the plots, the others make a line each. A point that fails has its error in
 the table and does not stop the others.";
 

@@ -54,6 +54,25 @@ fn all_combinations_are_in_the_table_in_order_and_to_the_byte() {
 }
 
 #[test]
+fn one_option_at_a_time_has_plots_for_each() {
+    let folder = Folder::new();
+    let line = format!("sweep cornell --each --over nodes=1,2 --over prefetch=0,all {SMALL}");
+    folder.run(&format!("{line} --nodes 4 -o out")).done();
+    let table = lines(&folder, "out/sweep.csv");
+    let column = |name: &str| table[0].iter().position(|head| head == name).unwrap();
+    let nodes = column("nodes");
+    let points: Vec<_> =
+        table.iter().map(|row| format!("{} {} {}", row[0], row[1], row[nodes])).collect();
+    let expected = ["over value nodes", "nodes 1 1", "nodes 2 2", "prefetch 0 4", "prefetch all 4"];
+    assert_eq!(points, expected);
+    let page = fs::read_to_string(folder.path().join("out/index.html")).unwrap();
+    assert!(page.contains("Over nodes") && page.contains("Over prefetch"));
+    for name in ["nodes-speed-up.svg", "prefetch-efficiency.svg"] {
+        assert!(folder.path().join("out").join(name).exists(), "no {name}");
+    }
+}
+
+#[test]
 fn a_point_that_fails_stops_no_other() {
     let folder = Folder::new();
     let line =
@@ -72,7 +91,6 @@ fn a_point_that_fails_stops_no_other() {
 fn senseless_sweeps_are_refused_in_one_line() {
     let folder = Folder::new();
     for (line, part) in [
-        ("", "--over"),
         ("--over nodes", "nodes=1..256"),
         ("--over banana=1", "memory"),
         ("--over nodes=8..1", "upwards"),

@@ -13,6 +13,7 @@ pub use node::{LineReport, NodeReport, NodeTime};
 pub use timeline::{Sample, Timeline};
 pub use totals::Totals;
 
+use kiloray_render::LedgerCounts;
 use serde::Serialize;
 
 /// What a run reports.
@@ -36,10 +37,14 @@ pub struct Report {
     pub latencies: Latencies,
     /// What went wrong by request.
     pub faults: FaultReport,
+    /// The host's ledger of tiles.
+    pub tiles: TileReport,
     /// Sums over nodes and links.
     pub totals: Totals,
     /// What each node did when; empty unless asked for.
     pub trace: Vec<TraceEvent>,
+    /// The fetches of blocks that go with the trace, by the time of their end.
+    pub flows: Vec<TraceFlow>,
     /// Events of the simulation.
     pub events: u64,
     /// A hash of all events: equal for equal runs, in hexadecimal.
@@ -59,6 +64,39 @@ pub struct MessageReport {
     pub received: u64,
     /// Their bytes, without packet headers.
     pub received_bytes: u64,
+}
+
+/// The host's ledger of tiles.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+pub struct TileReport {
+    /// Tiles given for the first time: those of the picture, where it is complete.
+    pub given: u64,
+    /// Tiles that were out for long, and were given to another node as well.
+    pub given_again: u64,
+    /// Asks that came again, and had the same answer again.
+    pub asked_again: u64,
+    /// Pixels that were there already when they came.
+    pub pixels_again: u64,
+    /// Of those, pixels with another sum: there are none, as long as nodes are sound.
+    pub pixels_differing: u64,
+    /// Messages that were answered or entered.
+    pub messages: u64,
+    /// Messages that make no sense to a host, or could not be read.
+    pub refused: u64,
+}
+
+impl From<LedgerCounts> for TileReport {
+    fn from(counts: LedgerCounts) -> Self {
+        Self {
+            given: counts.given,
+            given_again: counts.given_again,
+            asked_again: counts.repeated,
+            pixels_again: counts.duplicates,
+            pixels_differing: counts.differing,
+            messages: counts.messages,
+            refused: counts.bad + counts.unexpected + counts.damaged,
+        }
+    }
 }
 
 /// What went wrong by request.
@@ -98,4 +136,21 @@ pub struct TraceEvent {
     pub start_ns: u64,
     /// How long it took \[ns\].
     pub duration_ns: u64,
+}
+
+/// The way of a request for a block, and of the block.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub struct TraceFlow {
+    /// The block.
+    pub block: u32,
+    /// The node that asked for it.
+    pub asker: u16,
+    /// The node that sent it.
+    pub owner: u16,
+    /// When the asker's last step went on or had ended, as the request left \[ns\].
+    pub asked_ns: u64,
+    /// When the owner's last step went on or had ended, as the first piece left \[ns\].
+    pub served_ns: u64,
+    /// When the last piece was there \[ns\].
+    pub arrived_ns: u64,
 }

@@ -110,7 +110,7 @@ impl<'m, N: Actor<'m>, H: Actor<'m>> Run<'m, N, H> {
             timeline: TimelineRecorder::default(),
             places,
             links: Links::new(mesh),
-            watch: Watch::new(settings.block_bytes),
+            watch: Watch::new(settings.block_bytes, settings.trace),
             packets: Packets::new(settings.packet),
             settings,
             slow,
@@ -269,7 +269,10 @@ impl<'m, N: Actor<'m>, H: Actor<'m>> Run<'m, N, H> {
         let place = self.links.get(index).from;
         let starts = data && header.from() == self.id(place);
         if starts {
-            self.watch.departs(self.now, header.from(), header.to(), payload);
+            let state = &self.places[place as usize];
+            let idle = matches!(state.phase, Phase::Idle(_));
+            let step = if idle { state.since.saturating_sub(1) } else { self.now };
+            self.watch.departs((self.now, step), header.from(), header.to(), payload);
         }
         let duration = self.settings.link.duration(len);
         let link = self.links.get(index);

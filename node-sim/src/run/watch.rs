@@ -4,8 +4,8 @@ use kiloray_core::network::{HOST, NodeId};
 use kiloray_core::path::PathKey;
 use kiloray_core::protocol::{Items, Message, ReturnAddress};
 
-use crate::Latencies;
 use crate::report::Recorder;
+use crate::{Latencies, TraceFlow};
 
 /// Looks on at what nodes send and receive, and takes down how long they wait: nodes themselves do not keep it.
 ///
@@ -21,6 +21,9 @@ pub(crate) struct Watch {
     rays: HashMap<(u16, u16), (PathKey, u64)>,
     /// Tiles that are given out.
     tiles: HashMap<u32, u64>,
+    /// Fetches that have ended, and how many of them are kept.
+    flows: Vec<TraceFlow>,
+    flows_max: usize,
     fetch: Recorder,
     fetch_request: Recorder,
     fetch_owner: Recorder,
@@ -37,16 +40,23 @@ struct Fetch {
     /// When a request came to the owner, and when the first piece left it; 0 before.
     asked: u64,
     served: u64,
+    /// Who sent it.
+    owner: u16,
+    /// The ends of the steps in which the request and the first piece were made.
+    asked_in: u64,
+    served_in: u64,
 }
 
 impl Watch {
-    /// Nothing is under way.
-    pub(crate) fn new(block_bytes: usize) -> Self {
+    /// Nothing is under way. Of so many fetches it is taken down between whom they were.
+    pub(crate) fn new(block_bytes: usize, flows_max: usize) -> Self {
         Self {
             block_bytes: block_bytes as u32,
             fetches: HashMap::new(),
             rays: HashMap::new(),
             tiles: HashMap::new(),
+            flows: Vec::new(),
+            flows_max,
             fetch: Recorder::new(),
             fetch_request: Recorder::new(),
             fetch_owner: Recorder::new(),
@@ -56,19 +66,32 @@ impl Watch {
         }
     }
 
-    /// A packet leaves the place that has made it.
-    pub(crate) fn departs(&mut self, now: u64, from: NodeId, to: NodeId, payload: &[u8]) {
+    /// A packet leaves the place that has made it, in the step that ends, or has ended, at `step`.
+    pub(crate) fn departs(
+        &mut self,
+        (now, step): (u64, u64),
+        from: NodeId,
+        to: NodeId,
+        payload: &[u8],
+    ) {
         for message in Items::new(payload) {
             match message {
                 Message::Fetch { block, .. } => {
-                    let fetch = Fetch { since: now, asked: 0, served: 0 };
+                    let fetch = Fetch {
+                        since: now,
+                        asked: 0,
+                        served: 0,
+                        owner: to.0,
+                        asked_in: step,
+                        served_in: 0,
+                    };
                     self.fetches.entry((from.0, block)).or_insert(fetch);
                 }
                 Message::Part { block, .. } => {
                     if let Some(fetch) = self.fetches.get_mut(&(to.0, block))
                         && fetch.served == 0
                     {
-                        fetch.served = now;
+                        (fetch.served, fetch.served_in, fetch.owner) = (now, step, from.0);
                     }
                 }
                 Message::Ray(ray) if ray.reply.node() == from => {
@@ -108,7 +131,17 @@ impl Watch {
                     if offset.saturating_add(bytes.len() as u32) >= self.block_bytes =>
                 {
                     if let Some(fetch) = self.fetches.remove(&(at.0, block)) {
-                        let Fetch { since, asked, served } = fetch;
+                        let Fetch { since, asked, served, owner, asked_in, served_in } = fetch;
+                        if self.flows.len() < self.flows_max {
+                            self.flows.push(TraceFlow {
+                                block,
+                                asker: at.0,
+                                owner,
+                                asked_ns: asked_in,
+                                served_ns: served_in,
+                                arrived_ns: now,
+                            });
+                        }
                         self.fetch.record(now - since);
                         self.fetch_request.record(asked.saturating_sub(since));
                         self.fetch_owner.record(served.saturating_sub(asked));
@@ -127,6 +160,11 @@ impl Watch {
                 _ => {}
             }
         }
+    }
+
+    /// The fetches that were taken down.
+    pub(crate) fn take_flows(&mut self) -> Vec<TraceFlow> {
+        std::mem::take(&mut self.flows)
     }
 
     /// What was taken down.

@@ -3,7 +3,8 @@
 use kiloray_core::{network::Topology, node::Counts};
 use kiloray_sim::{
     CrashReport, FaultReport, Histogram, HistogramBucket, Latencies, LineReport, LinkReport,
-    MeshReport, MessageReport, NodeReport, NodeTime, Report, Sample, Timeline, Totals, TraceEvent,
+    MeshReport, MessageReport, NodeReport, NodeTime, Report, Sample, TileReport, Timeline, Totals,
+    TraceEvent, TraceFlow,
 };
 
 /// 1 ms, of which node `i` of `n` works `i / n`, and waits for blocks else.
@@ -129,7 +130,16 @@ pub(super) fn report(topology: &Topology) -> Report {
             crashes: vec![CrashReport { node: 2, at_ns: 500_000 }],
             ..FaultReport::default()
         },
+        tiles: TileReport { given: 16, given_again: 2, ..TileReport::default() },
         totals,
+        flows: vec![TraceFlow {
+            block: 7,
+            asker: 1,
+            owner: 3,
+            asked_ns: 1_500,
+            served_ns: 2_600,
+            arrived_ns: 3_700,
+        }],
         trace: vec![TraceEvent { name: "trace", node: 1, start_ns: 1_234, duration_ns: 5_678 }],
         events: 1000,
         fingerprint: "00ff".into(),

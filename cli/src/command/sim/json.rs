@@ -84,6 +84,7 @@ impl Run<'_> {
                 "fetches": counts.fetches_again,
                 "tiles": counts.tiles_again,
             },
+            "tiles": report.tiles,
             "refusals": counts.refused,
             "run_at_home": counts.run_at_home,
             "overflows": outcome.overflows,

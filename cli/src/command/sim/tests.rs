@@ -139,6 +139,14 @@ fn the_trace_is_json_with_a_track_for_each_node() {
         let slice = events.iter().find(|event| event["ph"] == "X").unwrap();
         assert_eq!((&slice["ts"], &slice["dur"]), (&1.234.into(), &5.678.into()));
         assert_eq!(slice["tid"], 1);
+        let flow: Vec<_> = events
+            .iter()
+            .filter(|event| event["name"] == "fetch")
+            .map(|event| (&event["ph"], &event["tid"], &event["ts"]))
+            .collect();
+        let way = [("s", 1, 1.5), ("t", 3, 2.6), ("f", 1, 3.7)];
+        let way = way.map(|(phase, node, at)| (phase.into(), node.into(), at.into()));
+        assert_eq!(flow, way.each_ref().map(|(phase, node, at)| (phase, node, at)));
         assert!(events.iter().any(|event| event["name"] == "crash" && event["ts"] == 500.0));
         assert!(json["otherData"]["cut"].as_str().unwrap().contains("first 1 events"));
     });

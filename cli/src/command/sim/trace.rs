@@ -36,6 +36,7 @@ pub(super) fn write(report: &Report, options: &Options, out: &mut dyn Write) -> 
             )?;
         }
     }
+    flows(report, out)?;
     for event in &report.trace {
         write!(
             out,
@@ -66,6 +67,27 @@ pub(super) fn write(report: &Report, options: &Options, out: &mut dyn Write) -> 
         }
     }
     writeln!(out, "\n]}}")
+}
+
+/// Arrows from who asks for a block to its owner, and back to the step that has it. They stand before the slices, so that one that ends when a step
+/// begins belongs to that step.
+fn flows(report: &Report, out: &mut dyn Write) -> io::Result<()> {
+    let end = report.trace.last().map_or(0, |last| last.start_ns + last.duration_ns);
+    for (id, flow) in report.flows.iter().enumerate().filter(|(_, flow)| flow.arrived_ns < end) {
+        for (phase, node, at) in [
+            ("s", flow.asker, flow.asked_ns),
+            ("t", flow.owner, flow.served_ns),
+            ("f", flow.asker, flow.arrived_ns),
+        ] {
+            write!(
+                out,
+                ",\n{{\"ph\":\"{phase}\",\"name\":\"fetch\",\"cat\":\"fetch\",\"id\":{id},\"pid\":1,\"tid\":{node},\"ts\":{},\"args\":{{\"block\":{}}}}}",
+                micros(at),
+                flow.block
+            )?;
+        }
+    }
+    Ok(())
 }
 
 /// What is missing, in words; empty if nothing is.

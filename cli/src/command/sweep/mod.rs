@@ -194,8 +194,8 @@ fn one(job: &Job<'_>) -> Ended {
 
 fn write(files: Files, sweep: &args::Sweep, rows: &[Row], folder: &Path) -> Outcome {
     files.csv.write(table::csv(sweep, rows).as_bytes())?;
-    let plots = plots::plots(&sweep.over, rows);
-    for plot in &plots {
+    let plots = plots::of_sweep(sweep, rows);
+    for plot in plots.iter().flat_map(|(_, plots)| plots) {
         let path = folder.join(format!("{}.svg", plot.name));
         Output::create(&path)?.write(plot.svg(true).as_bytes())?;
     }

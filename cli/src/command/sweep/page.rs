@@ -1,4 +1,4 @@
-use super::{plots::Plot, table::Row};
+use super::{plots::Plot, point::heads, table::Row};
 use crate::{
     args,
     console::{bytes, count, duration, percent},
@@ -15,7 +15,7 @@ const LOST: [(&str, &str); 5] = [
 ];
 
 /// All points on one page.
-pub(super) fn page(sweep: &args::Sweep, rows: &[Row], plots: &[Plot]) -> String {
+pub(super) fn page(sweep: &args::Sweep, rows: &[Row], plots: &[(String, Vec<Plot>)]) -> String {
     let scenes: Vec<_> = sweep.scene.scenes.iter().map(|s| s.display().to_string()).collect();
     let axes: Vec<_> = sweep.over.iter().map(|axis| axis.option.as_str()).collect();
     let mut page = Page::new(&format!("{} over {}", scenes.join(", "), axes.join(" and ")));
@@ -26,14 +26,19 @@ pub(super) fn page(sweep: &args::Sweep, rows: &[Row], plots: &[Plot]) -> String 
         rows.len(),
         if failed > 0 { format!(", of which {failed} failed") } else { String::new() }
     ));
-    page.raw("<div class=\"beside\">\n");
-    for plot in plots {
-        page.raw(&plot.svg(false));
-        page.raw("\n");
+    for (over, plots) in plots {
+        if !over.is_empty() {
+            page.heading(&format!("Over {over}"));
+        }
+        page.raw("<div class=\"beside\">\n");
+        for plot in plots {
+            page.raw(&plot.svg(false));
+            page.raw("\n");
+        }
+        page.raw("</div>\n");
     }
-    page.raw("</div>\n");
     page.heading("All points");
-    let mut heads = axes.clone();
+    let mut heads = heads(sweep);
     heads.extend([
         "virtual time",
         "speed-up",
@@ -58,7 +63,7 @@ pub(super) fn page(sweep: &args::Sweep, rows: &[Row], plots: &[Plot]) -> String 
         let errors: Vec<_> = errors
             .map(|(row, error)| row.values.iter().cloned().chain([error.clone()]).collect())
             .collect();
-        let heads: Vec<_> = axes.iter().copied().chain(["error"]).collect();
+        let heads: Vec<_> = super::point::heads(sweep).into_iter().chain(["error"]).collect();
         page.table(&heads, &errors);
     }
     page.finish()
@@ -90,6 +95,7 @@ fn command(sweep: &args::Sweep) -> String {
     let scenes = sweep.scene.scenes.iter().map(|s| s.display().to_string());
     let options = sweep.typed.iter().take_while(|word| *word != "--");
     let options = options.map(|word| word.to_string_lossy().into_owned());
-    let words: Vec<_> = scenes.chain(axes).chain(options).collect();
+    let each = sweep.each.then(|| "--each".to_owned());
+    let words: Vec<_> = scenes.chain(each).chain(axes).chain(options).collect();
     format!("kiloray sweep {}", words.join(" "))
 }

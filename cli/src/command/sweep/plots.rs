@@ -1,6 +1,6 @@
 use super::table::Row;
 use crate::{
-    args::Axis,
+    args::{Axis, Sweep},
     chart::{Line, Lines, Mark, Scale},
 };
 
@@ -8,7 +8,7 @@ use crate::{
 #[derive(Debug)]
 pub(super) struct Plot {
     /// Of the file.
-    pub(super) name: &'static str,
+    pub(super) name: String,
     title: &'static str,
     x: Scale,
     x_name: String,
@@ -45,6 +45,22 @@ impl Plot {
         }
         .svg()
     }
+}
+
+/// All plots, under what they are over where that is not the same for all.
+pub(super) fn of_sweep(sweep: &Sweep, rows: &[Row]) -> Vec<(String, Vec<Plot>)> {
+    if !sweep.each {
+        return vec![(String::new(), plots(&sweep.over, rows))];
+    }
+    let of = |axis: &Axis| {
+        let rows: Vec<_> = rows.iter().filter_map(|row| row.of_axis(&axis.option)).collect();
+        let mut plots = plots(std::slice::from_ref(axis), &rows);
+        for plot in &mut plots {
+            plot.name = format!("{}-{}", axis.option, plot.name);
+        }
+        (axis.option.clone(), plots)
+    };
+    sweep.over.iter().map(of).collect()
 }
 
 /// The plots over the axis that is across, with a line for each combination of the others.
@@ -85,7 +101,7 @@ pub(super) fn plots(axes: &[Axis], rows: &[Row]) -> Vec<Plot> {
             let is_ratio = matches!(name, "speed-up" | "time") && x == Scale::Doubling;
             let y = if is_ratio { Scale::Doubling } else { Scale::Even };
             let (x, x_name) = (x.clone(), x_name.clone());
-            Some(Plot { name, title, x, x_name, y_name, y, y_max, lines })
+            Some(Plot { name: name.to_owned(), title, x, x_name, y_name, y, y_max, lines })
         })
         .collect()
 }
@@ -199,7 +215,10 @@ mod tests {
             }
         }
         let plots = plots(&axes, &rows);
-        assert_eq!(plots.iter().map(|p| p.name).collect::<Vec<_>>(), ["efficiency", "speed-up"]);
+        assert_eq!(
+            plots.iter().map(|p| p.name.as_str()).collect::<Vec<_>>(),
+            ["efficiency", "speed-up"]
+        );
         let names: Vec<_> = plots[1].lines.iter().map(|line| line.name.as_str()).collect();
         assert_eq!(names, ["ideal", "hybrid", "data"]);
         assert_eq!(plots[1].lines[2].points, [(1.0, 2.0), (2.0, 2.0), (4.0, 2.0)]);

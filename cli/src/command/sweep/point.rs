@@ -12,12 +12,20 @@ const POINTS_MAX: usize = 20_000;
 /// A combination of the axes' values.
 #[derive(Debug)]
 pub(super) struct Point {
-    /// A value of each axis, in their order.
+    /// A value of each axis, in their order; or an axis and its value, where one is varied at a time.
     pub(super) values: Vec<String>,
     /// The command it stands for.
     pub(super) sim: Sim,
     /// Which of the compiled scenes.
     pub(super) scene: usize,
+}
+
+/// What the values of points are called.
+pub(super) fn heads(sweep: &args::Sweep) -> Vec<&str> {
+    if sweep.each {
+        return vec!["over", "value"];
+    }
+    sweep.over.iter().map(|axis| axis.option.as_str()).collect()
 }
 
 impl Point {
@@ -37,6 +45,14 @@ pub(super) fn points(sweep: &args::Sweep) -> Outcome<Vec<Point>> {
                 axis.option
             )));
         }
+    }
+    if sweep.each {
+        let all = sweep.over.iter().flat_map(|axis| axis.values.iter().map(move |v| (axis, v)));
+        let points = all.map(|(axis, value)| {
+            let sim = args::point(&sweep.typed, &[(&axis.option, value)])?;
+            Ok(Point { values: vec![axis.option.clone(), value.clone()], sim, scene: 0 })
+        });
+        return points.collect();
     }
     let count = sweep.over.iter().try_fold(1_usize, |n, axis| n.checked_mul(axis.values.len()));
     let count = count.filter(|&n| n <= POINTS_MAX).ok_or_else(|| {

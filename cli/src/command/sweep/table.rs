@@ -3,7 +3,7 @@ use std::fmt::Write;
 use kiloray_sim::Options;
 use serde_json::{Value, json};
 
-use super::point::Point;
+use super::point::{Point, heads};
 use crate::{
     args,
     command::sim::{self, Done},
@@ -103,6 +103,12 @@ impl Row {
         }
     }
 
+    /// The same as a point of this axis alone, where one is varied at a time and it is this one.
+    pub(super) fn of_axis(&self, option: &str) -> Option<Self> {
+        let value = self.values.get(1).filter(|_| self.values[0] == option)?;
+        Some(Self { values: vec![value.clone()], ..self.clone() })
+    }
+
     /// A figure of it, by its place in the JSON.
     pub(super) fn number(&self, at: &str) -> Option<f64> {
         if at == "/virtual_time_ms" {
@@ -130,7 +136,7 @@ impl Row {
 
 /// All rows as comma-separated values (RFC 4180), with the axes first and errors last.
 pub(super) fn csv(sweep: &args::Sweep, rows: &[Row]) -> String {
-    let axes: Vec<_> = sweep.over.iter().map(|axis| axis.option.as_str()).collect();
+    let axes = heads(sweep);
     // An axis stands in its own column, with the values as typed.
     let columns: Vec<_> = COLUMNS.iter().filter(|(name, _)| !axes.contains(name)).collect();
     let mut csv = String::new();
