@@ -5,6 +5,7 @@ use kiloray_core::network::NodeId;
 use kiloray_core::node::{Dealing, Placement, Setup, Share};
 use kiloray_core::store::Chunk;
 use kiloray_core::trace::Scalar;
+use kiloray_core::view::Camera;
 use kiloray_link::frame::{CRC_BYTES, Decoder, encode, frame_bytes};
 use kiloray_scene::kilo;
 
@@ -35,7 +36,7 @@ fn setup() -> Setup {
         depth: 1,
         bounces: 4,
         refusals: 1,
-        view: file.views()[0],
+        camera: Camera::new(&file.views()[0], 16, 16).expect("the view shows something"),
         ..Setup::zeroed()
     };
     assert!(setup.mesh().is_some());
