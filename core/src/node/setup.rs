@@ -214,7 +214,7 @@ impl Setup {
             .map_err(SetupError::Arena)
     }
 
-    /// What [`Setup::schedule`] is for a schedule.
+    /// What a setup says for a schedule.
     #[must_use]
     pub const fn code(schedule: Schedule) -> u8 {
         match schedule {

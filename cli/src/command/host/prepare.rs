@@ -79,6 +79,7 @@ fn of_config(host: &args::Host, path: &Path) -> Outcome<Prepared> {
             node::TaskOrder::Ready => TaskOrder::Ready,
         }),
         tile: options.tile.map(u32::from),
+        group: Some(options.group.into()),
         refusals: Some(options.refusals.into()),
         placement: match options.dealing {
             node::Dealing::Subtrees => Placement::Subtrees,

@@ -184,6 +184,7 @@ fn a_shadow_ray_hits_neither_its_surface_nor_the_light() {
     assert!(asked > 10_000, "{asked}");
 }
 
+#[cfg(feature = "sphere")]
 #[test]
 fn a_ray_from_a_sphere_hits_only_its_far_side() {
     let (mut outside, mut inside) = (0, 0);
