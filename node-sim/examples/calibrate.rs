@@ -96,14 +96,14 @@ fn measure((scene, side, samples): (&str, u32, u32)) -> Result<Measured, Failure
     let file = file.view();
     let topology = Topology::parse("line", 1)?;
     let mut options = Options::new(side, side, file.views()[0], topology);
-    options.settings.samples = samples;
-    options.memory = 4 << 20;
+    options.mesh.settings.samples = samples;
+    options.mesh.memory = 4 << 20;
     let cancel = AtomicBool::new(false);
     let control = Control { cancel: &cancel, progress: &|_| {} };
     let report = simulate(&file, &options, &control)?.report;
     let counts = terms(&report.totals.work, file.lights().len());
     let plain = kiloray_render::Options {
-        settings: options.settings,
+        settings: options.mesh.settings,
         threads: 1,
         ..kiloray_render::Options::new(side, side, options.view)
     };

@@ -9,7 +9,7 @@ use kiloray_core::block::KiloView;
 use kiloray_core::network::Topology;
 use kiloray_core::node::Schedule;
 use kiloray_scene::{builtin, compile, kilo::KiloFile};
-use kiloray_sim::{Control, Options, Outcome, simulate};
+use kiloray_sim::{Control, MeshOptions, Options, Outcome, simulate};
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
@@ -29,24 +29,24 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let file = KiloFile::from_compiled(file);
     let file = file.view();
     let mut options = Options::new(side, side, file.views()[0], topology);
-    options.settings.samples = text(7, "4").parse()?;
+    options.mesh.settings.samples = text(7, "4").parse()?;
     if let Ok(p) = std::env::var("SHADOW") {
-        options.settings.shadow_samples = p.parse()?;
+        options.mesh.settings.shadow_samples = p.parse()?;
     }
     if let Ok(p) = std::env::var("BW") {
         options.link.bandwidth = p.parse()?;
     }
     if let Ok(p) = std::env::var("PACKET") {
-        options.link.packet = p.parse()?;
+        options.mesh.packet = p.parse()?;
     }
     if let Ok(p) = std::env::var("TOP") {
-        options.top = Some(p.parse()?);
+        options.mesh.top = Some(p.parse()?);
     }
     if let Ok(p) = std::env::var("TILE") {
-        options.tile = Some(p.parse()?);
+        options.mesh.tile = Some(p.parse()?);
     }
-    options.memory = memory << 10;
-    options.schedule = match text(5, "hybrid").as_str() {
+    options.mesh.memory = memory << 10;
+    options.mesh.schedule = match text(5, "hybrid").as_str() {
         "demand" => Schedule::Demand,
         "data" => Schedule::Data,
         _ => Schedule::Hybrid,
@@ -112,11 +112,11 @@ fn rendered(
     file: &KiloView<'_>,
     options: &Options,
 ) -> Result<kiloray_render::Picture, kiloray_render::Error> {
-    let Options { width, height, view, settings, .. } = *options;
+    let MeshOptions { width, height, settings, .. } = options.mesh;
     let plain = kiloray_render::Options {
         settings,
         threads: 1,
-        ..kiloray_render::Options::new(width, height, view)
+        ..kiloray_render::Options::new(width, height, options.view)
     };
     let cancel = AtomicBool::new(false);
     let control = kiloray_render::Control { cancel: &cancel, progress: &|_, _| {} };

@@ -5,7 +5,7 @@ pub(crate) fn check(options: &Options) -> Result<(), Error> {
     if options.link.bandwidth == 0 {
         return Err(Error::Bandwidth);
     }
-    let nodes = options.topology.nodes();
+    let nodes = options.mesh.topology.nodes();
     let Faults { loss, duplicate, slow, crashes, .. } = &options.faults;
     for Rate { count, of } in [*loss, *duplicate] {
         if of == 0 || count > of {

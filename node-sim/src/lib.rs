@@ -20,6 +20,9 @@ mod simulate;
 mod tests;
 
 pub use error::Error;
+/// The picture, and how it is divided among the nodes.
+#[doc(no_inline)]
+pub use kiloray_render::MeshOptions;
 pub use options::{Control, Crash, Faults, Link, Options, Rate, Slow, Status, Switching};
 pub use outcome::Outcome;
 pub use plan::{MeshPlan, NodeShare, plan};

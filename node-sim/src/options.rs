@@ -1,27 +1,18 @@
 use std::sync::atomic::AtomicBool;
 
 use kiloray_core::network::{NodeId, Topology};
-use kiloray_core::node::{Dealing, Prefetch, Schedule, TaskOrder};
 use kiloray_core::scene::View;
-use kiloray_core::shade::Settings;
+use kiloray_render::MeshOptions;
 
 use crate::Profile;
 
 /// What a person chooses for a run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Options {
-    /// Columns.
-    pub width: u32,
-    /// Rows.
-    pub height: u32,
+    /// The picture, and how it is divided among the nodes.
+    pub mesh: MeshOptions,
     /// The camera.
     pub view: View,
-    /// Samples, bounces and seed of the picture.
-    pub settings: Settings,
-    /// How the nodes are joined, and how many there are.
-    pub topology: Topology,
-    /// Bytes for everything that a node holds.
-    pub memory: usize,
     /// The links.
     pub link: Link,
     /// How long operations take.
@@ -30,26 +21,6 @@ pub struct Options {
     pub faults: Faults,
     /// Of the faults.
     pub seed: u64,
-    /// Which rays go where.
-    pub schedule: Schedule,
-    /// How blocks are dealt out to nodes.
-    pub dealing: Dealing,
-    /// Blocks that every node has; `None` for as many as suit the scene.
-    pub top: Option<u32>,
-    /// Copies of each other block.
-    pub replicas: u16,
-    /// How many blocks are fetched ahead for a bundle.
-    pub prefetch: Prefetch,
-    /// Which of the waiting rays goes on first.
-    pub order: TaskOrder,
-    /// Nodes for each sub-master; 0 for none: all ask the host.
-    pub group: u16,
-    /// Refusals of a ray after which the node that sent it runs it itself.
-    pub refusals: u8,
-    /// Side of a tile \[pixels\]; `None` for what suits the picture, the mesh and the memory.
-    pub tile: Option<u16>,
-    /// The blocks that a node owns lie in its memory, as where there is no other.
-    pub owned_in_arena: bool,
     /// Most events of a trace to keep, the first ones; 0 for no trace.
     pub trace: usize,
 }
@@ -59,29 +30,20 @@ impl Options {
     #[must_use]
     pub fn new(width: u32, height: u32, view: View, topology: Topology) -> Self {
         Self {
-            width,
-            height,
+            mesh: MeshOptions::new(width, height, topology),
             view,
-            settings: Settings::default(),
-            topology,
-            memory: 256 << 10,
             link: Link::default(),
             profile: Profile::PC,
             faults: Faults::default(),
             seed: 0,
-            schedule: Schedule::Hybrid,
-            dealing: Dealing::Subtrees,
-            top: None,
-            replicas: 1,
-            // Fetching ahead has not paid on any scene measured.
-            prefetch: Prefetch::Nearest(0),
-            order: TaskOrder::Ready,
-            group: 0,
-            refusals: 3,
-            tile: None,
-            owned_in_arena: false,
             trace: 0,
         }
+    }
+
+    /// The same with nodes of another memory \[bytes\].
+    #[must_use]
+    pub fn with_memory(&self, memory: usize) -> Self {
+        Self { mesh: MeshOptions { memory, ..self.mesh }, ..self.clone() }
     }
 }
 
@@ -92,22 +54,14 @@ pub struct Link {
     pub bandwidth: u64,
     /// From a byte's departure to its arrival \[ns\].
     pub latency: u64,
-    /// Greatest packet, its header of [`PacketHeader::BYTES`](kiloray_core::network::PacketHeader::BYTES) included \[bytes\]; 0: by the
-    /// [memory](kiloray_core::node::NodePlan::packet) of a node.
-    pub packet: u16,
     /// When a router sends on what it receives.
     pub switching: Switching,
 }
 
 impl Default for Link {
-    /// 1 GB/s and 1 µs; packets by the memory of a node; cut-through.
+    /// 1 GB/s and 1 µs; cut-through.
     fn default() -> Self {
-        Self {
-            bandwidth: 1_000_000_000,
-            latency: 1_000,
-            packet: 0,
-            switching: Switching::CutThrough,
-        }
+        Self { bandwidth: 1_000_000_000, latency: 1_000, switching: Switching::CutThrough }
     }
 }
 

@@ -2,40 +2,16 @@ use kiloray_core::block::KiloView;
 use kiloray_core::network::{HOST, Mesh, NodeId};
 use kiloray_core::node::Time;
 use kiloray_core::store::BudgetError;
-use kiloray_render::{MeshLayout, MeshOptions};
+use kiloray_render::MeshLayout;
 
 use crate::{Link, Options, Profile};
 
 /// Divides a run, with time limits that suit its links.
 pub(crate) fn layout(file: &KiloView<'_>, options: &Options) -> Result<MeshLayout, BudgetError> {
-    let (link, mesh) = (&options.link, Mesh::new(options.topology));
-    MeshLayout::new(file, &options.divided(), |packet| {
+    let (link, mesh) = (&options.link, Mesh::new(options.mesh.topology));
+    MeshLayout::new(file, &options.mesh, |packet| {
         (patience(link, &options.profile, packet, &mesh), bundle_age(link, packet))
     })
-}
-
-impl Options {
-    /// What decides how the run is divided.
-    fn divided(&self) -> MeshOptions {
-        MeshOptions {
-            width: self.width,
-            height: self.height,
-            settings: self.settings,
-            topology: self.topology,
-            memory: self.memory,
-            packet: self.link.packet,
-            schedule: self.schedule,
-            dealing: self.dealing,
-            top: self.top,
-            replicas: self.replicas,
-            prefetch: self.prefetch,
-            order: self.order,
-            group: self.group,
-            refusals: self.refusals,
-            tile: self.tile,
-            owned_in_arena: self.owned_in_arena,
-        }
-    }
 }
 
 /// How long a request may stay unanswered at first: many times the way across the mesh and what a node does between two looks

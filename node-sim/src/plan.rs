@@ -36,7 +36,7 @@ pub fn plan(file: &KiloView<'_>, options: &Options) -> Result<MeshPlan, Error> {
     let (least, short) = least(file, options)?;
     let layout = layout(file, options).map_err(|error| match short {
         // What is needed in the end, as a little more memory alone may bring greater tiles.
-        Some(short) => BudgetError { memory: options.memory, ..short },
+        Some(short) => BudgetError { memory: options.mesh.memory, ..short },
         None => error,
     })?;
     let nodes =
@@ -50,7 +50,7 @@ pub fn plan(file: &KiloView<'_>, options: &Options) -> Result<MeshPlan, Error> {
 fn least(file: &KiloView<'_>, options: &Options) -> Result<(usize, Option<BudgetError>), Error> {
     let (mut memory, mut short) = (0, None);
     loop {
-        match layout(file, &Options { memory, ..options.clone() }) {
+        match layout(file, &options.with_memory(memory)) {
             Err(error) if error.need() > memory => {
                 (memory, short) = (error.need(), Some(error));
             }

@@ -35,14 +35,14 @@ pub fn simulate(
     control: &Control<'_>,
 ) -> Result<Outcome, Error> {
     check(options)?;
-    let (width, height) = (options.width, options.height);
+    let (width, height) = (options.mesh.width, options.mesh.height);
     if width.checked_mul(height).is_none_or(|pixels| pixels == 0) {
         return Err(Error::Size { width, height });
     }
     let camera = Camera::new(&options.view, width, height).ok_or(Error::View)?;
-    let mesh = Mesh::new(options.topology);
+    let mesh = Mesh::new(options.mesh.topology);
     let layout = layout(file, options)?;
-    let shader = Shader::new(Tables::of(file), options.settings);
+    let shader = Shader::new(Tables::of(file), options.mesh.settings);
     let tiling = Tiling::new(width, height, layout.side());
     // Nodes take their steps one after the other, so that all have the same room.
     let room = RefCell::new(Neighbours::new());
@@ -52,7 +52,7 @@ pub fn simulate(
     };
 
     let mut arenas = Vec::new();
-    arenas.resize_with(layout.plans.len(), || vec![Chunk::ZERO; options.memory / CHUNK_BYTES]);
+    arenas.resize_with(layout.plans.len(), || vec![Chunk::ZERO; options.mesh.memory / CHUNK_BYTES]);
     let nodes: Result<Vec<_>, ArenaFull> = arenas
         .iter_mut()
         .zip(&layout.plans)
@@ -61,15 +61,15 @@ pub fn simulate(
             let here = NodeId(index as u16);
             let rom = layout.rom(file, here);
             let mut arena = Arena::new(arena);
-            let rom = if options.owned_in_arena { rom.copied(&mut arena)? } else { rom };
+            let rom = if options.mesh.owned_in_arena { rom.copied(&mut arena)? } else { rom };
             let budget = layout.budgets[index];
             Node::new(&mut arena, plan, budget, layout.settings, rom, mesh, world())
         })
         .collect();
     let size = layout.host_router(&mesh);
     let mut host_arena = vec![Chunk::ZERO; size.arena_bytes() / CHUNK_BYTES];
-    let seed = options.settings.seed;
-    let samples = options.settings.samples;
+    let seed = options.mesh.settings.seed;
+    let samples = options.mesh.settings.samples;
     let ledger = Ledger::new(width, height, layout.side(), seed, shader.unit(), samples);
     let ledger = ledger.map_err(|_| Error::Size { width, height })?;
     let host = HostEnd {

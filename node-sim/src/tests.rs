@@ -1,6 +1,8 @@
 //! The picture of a mesh is that of one machine, to the bit; what cannot be is refused by cause.
 
-use crate::{Control, Crash, Error, Link, Options, Outcome, Rate, Slow, Status, simulate};
+use crate::{
+    Control, Crash, Error, Link, MeshOptions, Options, Outcome, Rate, Slow, Status, simulate,
+};
 use kiloray_core::network::{NodeId, Topology};
 use kiloray_core::node::{Dealing, Schedule, TaskOrder};
 use kiloray_core::store::Line;
@@ -19,9 +21,9 @@ fn scene(name: &str, block_bytes: usize) -> KiloFile {
 fn options(file: &KiloFile, shape: &str, nodes: u32) -> Options {
     let topology = Topology::parse(shape, nodes).expect("a shape that exists");
     let mut options = Options::new(24, 20, file.view().views()[0], topology);
-    options.settings.samples = 1;
-    options.settings.shadow_samples = 2;
-    options.memory = 96 << 10;
+    options.mesh.settings.samples = 1;
+    options.mesh.settings.shadow_samples = 2;
+    options.mesh.memory = 96 << 10;
     options
 }
 
@@ -32,8 +34,8 @@ fn run(file: &KiloFile, options: &Options) -> Result<Outcome, Error> {
 
 /// The picture by one thread over the file.
 fn reference(file: &KiloFile, options: &Options) -> kiloray_render::Picture {
-    let Options { width, height, view, settings, .. } = *options;
-    let options = kiloray_render::Options::new(width, height, view);
+    let MeshOptions { width, height, settings, .. } = options.mesh;
+    let options = kiloray_render::Options::new(width, height, options.view);
     let options = kiloray_render::Options { settings, threads: 1, ..options };
     let cancel = AtomicBool::new(false);
     let control = kiloray_render::Control { cancel: &cancel, progress: &|_, _| {} };
@@ -47,7 +49,11 @@ fn same(file: &KiloFile, options: &Options) -> Outcome {
     let bits = |picture: &kiloray_render::Picture| -> Vec<[u32; 3]> {
         picture.pixels.iter().map(|pixel| pixel.map(f32::to_bits)).collect()
     };
-    assert!(bits(&outcome.picture) == bits(&reference(file, options)), "{:?}", options.topology);
+    assert!(
+        bits(&outcome.picture) == bits(&reference(file, options)),
+        "{:?}",
+        options.mesh.topology
+    );
     outcome
 }
 
@@ -76,7 +82,8 @@ fn the_picture_does_not_depend_on_schedule_placement_memory_or_links() {
         for dealing in [Dealing::Subtrees, Dealing::RoundRobin] {
             for memory in [32 << 10, 512 << 10] {
                 let mut options = options(&file, "torus:4x2", 8);
-                (options.schedule, options.dealing, options.memory) = (schedule, dealing, memory);
+                (options.mesh.schedule, options.mesh.dealing, options.mesh.memory) =
+                    (schedule, dealing, memory);
                 let outcome = same(&file, &options);
                 assert_eq!(outcome.report.nodes.len(), 8);
             }
@@ -85,7 +92,7 @@ fn the_picture_does_not_depend_on_schedule_placement_memory_or_links() {
     for order in [TaskOrder::Made, TaskOrder::Ready] {
         for group in [0, 2, 8] {
             let mut options = options(&file, "torus:4x2", 8);
-            (options.order, options.group) = (order, group);
+            (options.mesh.order, options.mesh.group) = (order, group);
             same(&file, &options);
         }
     }
@@ -100,9 +107,10 @@ fn blocks_that_a_node_owns_may_lie_in_its_arena() {
     for dealing in [Dealing::Subtrees, Dealing::RoundRobin] {
         for replicas in [1, 2, 5] {
             let mut options = options(&file, "torus:4x2", 8);
-            (options.dealing, options.replicas, options.memory) = (dealing, replicas, 192 << 10);
+            (options.mesh.dealing, options.mesh.replicas, options.mesh.memory) =
+                (dealing, replicas, 192 << 10);
             let beside = same(&file, &options).report;
-            options.owned_in_arena = true;
+            options.mesh.owned_in_arena = true;
             let within = same(&file, &options).report;
             // They take the place of frames.
             for (beside, within) in beside.nodes.iter().zip(&within.nodes) {
@@ -117,7 +125,7 @@ fn blocks_that_a_node_owns_may_lie_in_its_arena() {
         }
     }
     let mut options = options(&file, "line", 2);
-    (options.memory, options.owned_in_arena) = (32 << 10, true);
+    (options.mesh.memory, options.mesh.owned_in_arena) = (32 << 10, true);
     assert!(matches!(run(&file, &options), Err(Error::Budget(_))));
 }
 
@@ -140,7 +148,7 @@ fn the_same_options_give_the_same_run() {
 fn faults_cost_time_and_not_pixels() {
     let file = scene("glass", 1024);
     let mut options = options(&file, "mesh:3x3", 9);
-    options.replicas = 2;
+    options.mesh.replicas = 2;
     let healthy = same(&file, &options).report;
     options.faults.loss = Rate { count: 1, of: 30 };
     options.faults.duplicate = Rate { count: 1, of: 30 };
@@ -193,15 +201,15 @@ fn any_options(file: &KiloFile) -> impl Strategy<Value = Options> {
         let ((shape, nodes), schedule, memory, replicas, crashes, robin, group) = division;
         let topology = Topology::parse(shape, nodes).expect("a shape that exists");
         let mut options = Options::new(14, 11, view, topology);
-        options.settings.samples = 1;
-        options.settings.shadow_samples = 1;
-        options.memory = (24 << 10) << memory;
-        options.schedule = schedule;
-        options.replicas = replicas;
-        options.dealing = if robin { Dealing::RoundRobin } else { Dealing::Subtrees };
-        options.group = group;
-        options.order = if made { TaskOrder::Made } else { TaskOrder::Ready };
-        options.owned_in_arena = in_arena;
+        options.mesh.settings.samples = 1;
+        options.mesh.settings.shadow_samples = 1;
+        options.mesh.memory = (24 << 10) << memory;
+        options.mesh.schedule = schedule;
+        options.mesh.replicas = replicas;
+        options.mesh.dealing = if robin { Dealing::RoundRobin } else { Dealing::Subtrees };
+        options.mesh.group = group;
+        options.mesh.order = if made { TaskOrder::Made } else { TaskOrder::Ready };
+        options.mesh.owned_in_arena = in_arena;
         options.seed = seed;
         // Half of the runs are without each fault.
         let rate = |of: u32| if of < 20 { Rate::default() } else { Rate { count: 1, of } };
@@ -274,9 +282,9 @@ fn what_cannot_be_is_refused() {
         change(&mut options);
         run(&file, &options).expect_err("it cannot be").to_string()
     };
-    let message = refused(&|o| o.memory = 1000);
+    let message = refused(&|o| o.mesh.memory = 1000);
     assert!(message.contains("needs") && message.contains("messages"), "{message}");
-    assert!(refused(&|o| o.width = 0).contains("0 × 20"));
+    assert!(refused(&|o| o.mesh.width = 0).contains("0 × 20"));
     assert!(refused(&|o| o.view.up = [0.0; 3]).contains("view"));
     assert!(refused(&|o| o.link.bandwidth = 0).contains("bandwidth"));
     assert!(refused(&|o| o.faults.loss = Rate { count: 2, of: 1 }).contains("2 in 1"));
@@ -293,7 +301,7 @@ fn what_cannot_be_is_refused() {
 fn a_cancelled_run_gives_what_is_rendered() {
     let file = scene("cornell", 4096);
     let mut options = options(&file, "mesh:3x3", 9);
-    (options.width, options.height) = (64, 64);
+    (options.mesh.width, options.mesh.height) = (64, 64);
     let cancel = AtomicBool::new(false);
     let stop = |status: &Status| {
         assert!(status.pixels < status.pixels_all);

@@ -12,7 +12,8 @@ use kiloray_core::node::{Dealing, Placement, Prefetch, Schedule, TaskOrder};
 use kiloray_scene::kilo::KiloFile;
 use kiloray_scene::{builtin, compile};
 use kiloray_sim::{
-    Control, Crash, Faults, Link, Options, Profile, Rate, Slow, Switching, plan, simulate,
+    Control, Crash, Faults, Link, MeshOptions, Options, Profile, Rate, Slow, Switching, plan,
+    simulate,
 };
 
 use crate::pool;
@@ -140,20 +141,21 @@ fn drawn(random: &mut Rng, file: &KiloFile) -> Options {
     };
     let (width, height) = (random.u32(1..=20), random.u32(1..=20));
     let mut options = Options::new(width, height, file.view().views()[0], topology);
-    options.settings.samples = random.u32(1..=2);
-    options.settings.shadow_samples = random.u32(1..=2);
-    options.settings.bounces = random.u8(0..=6);
-    options.settings.seed = random.u64(..);
+    options.mesh.settings.samples = random.u32(1..=2);
+    options.mesh.settings.shadow_samples = random.u32(1..=2);
+    options.mesh.settings.bounces = random.u8(0..=6);
+    options.mesh.settings.seed = random.u64(..);
     options.seed = random.u64(..);
-    options.schedule = one_of(random, &[Schedule::Hybrid, Schedule::Demand, Schedule::Data]);
-    options.dealing = one_of(random, &[Dealing::Subtrees, Dealing::RoundRobin]);
-    options.top = Some(random.u32(1..=3));
-    options.prefetch = one_of(random, &[Prefetch::All, Prefetch::Nearest(0), Prefetch::Nearest(2)]);
-    options.order = one_of(random, &[TaskOrder::Made, TaskOrder::Ready]);
-    options.group = one_of(random, &[0, 0, 2, 4]);
-    options.refusals = random.u8(0..=4);
-    options.tile = one_of(random, &[None, Some(1), Some(4), Some(8)]);
-    options.owned_in_arena = random.u8(..8) == 0;
+    options.mesh.schedule = one_of(random, &[Schedule::Hybrid, Schedule::Demand, Schedule::Data]);
+    options.mesh.dealing = one_of(random, &[Dealing::Subtrees, Dealing::RoundRobin]);
+    options.mesh.top = Some(random.u32(1..=3));
+    options.mesh.prefetch =
+        one_of(random, &[Prefetch::All, Prefetch::Nearest(0), Prefetch::Nearest(2)]);
+    options.mesh.order = one_of(random, &[TaskOrder::Made, TaskOrder::Ready]);
+    options.mesh.group = one_of(random, &[0, 0, 2, 4]);
+    options.mesh.refusals = random.u8(0..=4);
+    options.mesh.tile = one_of(random, &[None, Some(1), Some(4), Some(8)]);
+    options.mesh.owned_in_arena = random.u8(..8) == 0;
     options.profile = one_of(random, &[Profile::PC, Profile::RP2350, Profile::T800]);
     options.link = Link {
         bandwidth: one_of(random, &[1_000_000, 1_000_000_000]),
@@ -162,7 +164,7 @@ fn drawn(random: &mut Rng, file: &KiloFile) -> Options {
         ..Link::default()
     };
     options.faults = faults(random, nodes);
-    options.replicas = match options.faults.crashes.len() {
+    options.mesh.replicas = match options.faults.crashes.len() {
         0 => random.u16(1..=2),
         crashes => (crashes as u16 + random.u16(0..=1)).max(1),
     };
@@ -201,12 +203,12 @@ fn faults(random: &mut Rng, nodes: u16) -> Faults {
 
 /// From the least memory upwards.
 fn memory(random: &mut Rng, file: &KiloFile, options: &mut Options) {
-    options.memory = 16 << 20;
+    options.mesh.memory = 16 << 20;
     let Ok(plan_of) = plan(&file.view(), options) else { return };
     let times = one_of(random, &[100, 100, 110, 150, 200, 400, 800]);
-    options.memory = plan_of.least * times / 100;
+    options.mesh.memory = plan_of.least * times / 100;
     if plan(&file.view(), options).is_err() {
-        options.memory = plan_of.least;
+        options.mesh.memory = plan_of.least;
     }
 }
 
@@ -219,17 +221,17 @@ fn check(file: &KiloFile, options: &Options) -> Result<End, String> {
     }
     if let Some(block) = outcome.lost {
         let placement = Placement {
-            dealing: options.dealing,
+            dealing: options.mesh.dealing,
             blocks: file.view().blocks(),
-            nodes: options.topology.nodes(),
-            top: options.top.unwrap_or_default(),
-            replicas: options.replicas,
+            nodes: options.mesh.topology.nodes(),
+            top: options.mesh.top.unwrap_or_default(),
+            replicas: options.mesh.replicas,
         };
         let died = |node: u16| {
             options.faults.crashes.iter().any(|c| c.node == NodeId(node) && c.at <= time)
         };
-        let alive =
-            (0..options.topology.nodes()).find(|&n| placement.holds(NodeId(n), block) && !died(n));
+        let alive = (0..options.mesh.topology.nodes())
+            .find(|&n| placement.holds(NodeId(n), block) && !died(n));
         return match alive {
             Some(node) => Err(format!("block {block} counts as lost, but node {node} has it")),
             None if outcome.complete => Err("it is complete, and a block is lost".into()),
@@ -239,8 +241,9 @@ fn check(file: &KiloFile, options: &Options) -> Result<End, String> {
     if !outcome.complete {
         return Err("it is not complete, and says not why".into());
     }
-    let Options { width, height, view, settings, .. } = *options;
-    match bits(&outcome.picture) == bits(&one_thread(file, width, height, view, settings)?) {
+    let MeshOptions { width, height, settings, .. } = options.mesh;
+    match bits(&outcome.picture) == bits(&one_thread(file, width, height, options.view, settings)?)
+    {
         true => Ok(End::Complete),
         false => Err("the picture differs".into()),
     }

@@ -180,18 +180,18 @@ fn settings() -> Settings {
 
 fn options(scene: &Scene, case: &Case, fault: Fault) -> Result<Options, String> {
     let mut options = Options::new(SIDE, SIDE, scene.view, case.topology);
-    options.settings = settings();
-    options.schedule = case.schedule.1;
+    options.mesh.settings = settings();
+    options.mesh.schedule = case.schedule.1;
     match fault {
         Fault::None => {}
         Fault::Loss => options.faults.loss = Rate { count: 1, of: 100 },
         Fault::Crash(at) => {
-            options.replicas = 2;
+            options.mesh.replicas = 2;
             options.faults.crashes = vec![Crash { node: NodeId(case.topology.nodes() / 2), at }];
         }
     }
-    let least = plan(&scene.file.view(), &Options { memory: 16 << 20, ..options.clone() });
-    options.memory = least.map_err(|e| e.to_string())?.least * case.memory;
+    let least = plan(&scene.file.view(), &options.with_memory(16 << 20));
+    options.mesh.memory = least.map_err(|e| e.to_string())?.least * case.memory;
     Ok(options)
 }
 
@@ -229,7 +229,7 @@ fn command(scene: &Scene, case: &Case, options: &Options) -> String {
     let mut words = format!(
         "kiloray sim {name} --width {SIDE} --height {SIDE} --samples 1 --shadow-samples 1 --block {block} --nodes {} --topology {shape} --memory {} --schedule {}",
         topology.nodes(),
-        options.memory,
+        options.mesh.memory,
         case.schedule.0
     );
     if options.faults.loss.count > 0 {

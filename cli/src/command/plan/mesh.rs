@@ -1,9 +1,11 @@
-use kiloray_core::shade::Settings;
 use kiloray_render::framing;
-use kiloray_sim::{Error, MeshPlan, NodeShare, Options, plan};
+use kiloray_sim::{Error, MeshOptions, MeshPlan, NodeShare, Options, plan};
 use serde_json::json;
 
-use super::{super::engine, super::sim, lines};
+use super::{
+    super::{division, engine, sim},
+    lines,
+};
 use crate::{
     args::{self, Bounds},
     console::{bytes, count, line},
@@ -24,17 +26,19 @@ pub(super) fn run(arguments: &args::Plan) -> Outcome {
     let Bounds { width, height } =
         Bounds::new(arguments.width, arguments.height, framing::aspect(&view))
             .map_err(Failure::usage)?;
-    let mut options = Options::new(width, height, view, topology);
-    options.settings = Settings { bounces: arguments.bounces as u8, ..options.settings };
-    options.memory = usize::try_from(arguments.memory)
+    let mut divided = MeshOptions::new(width, height, topology);
+    divided.settings.bounces = arguments.bounces as u8;
+    divided.memory = usize::try_from(arguments.memory)
         .map_err(|_| Failure::usage("--memory is more than can be addressed"))?;
     let file = scene.file.view();
     let block_bytes = file.header().block_bytes;
-    let options = sim::with_mesh(options, &arguments.mesh, block_bytes.into())?;
+    let divided = division::with(divided, &arguments.mesh.division, block_bytes.into())?;
+    let options = sim::on(divided, view, &arguments.mesh)?;
     let mesh = plan(&file, &options).map_err(sim::refused)?;
     let (number, fullest) = fullest(&mesh)?;
 
-    let in_arena = Options { owned_in_arena: true, ..options.clone() };
+    let within = MeshOptions { owned_in_arena: true, ..options.mesh };
+    let in_arena = Options { mesh: within, ..options.clone() };
     let owned = owned(&mesh);
     let share = Share {
         scene: &scene,
@@ -49,7 +53,7 @@ pub(super) fn run(arguments: &args::Plan) -> Outcome {
         },
     };
     if let Some(output) = json_out {
-        let name = arguments.mesh.division.topology_name(&options.topology);
+        let name = arguments.mesh.division.topology_name(&options.mesh.topology);
         let value = json!({
             "version": env!("CARGO_PKG_VERSION"),
             "scene": scene.name,
@@ -64,12 +68,12 @@ pub(super) fn run(arguments: &args::Plan) -> Outcome {
             "packet_payload": fullest.plan.payload(),
             "blocks": file.blocks(),
             "block_bytes": block_bytes,
-            "owned": { "least": owned.0, "most": owned.1, "in_arena": options.owned_in_arena, "would_fit": share.in_arena.is_none() },
+            "owned": { "least": owned.0, "most": owned.1, "in_arena": options.mesh.owned_in_arena, "would_fit": share.in_arena.is_none() },
             "tables_bytes": file.header().blocks_at,
         });
         output.write(format!("{value:#}\n").as_bytes())?;
     }
-    if to_standard { Ok(()) } else { share.print(options.owned_in_arena) }
+    if to_standard { Ok(()) } else { share.print(options.mesh.owned_in_arena) }
 }
 
 /// What is told.

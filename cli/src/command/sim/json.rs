@@ -66,7 +66,7 @@ impl Run<'_> {
                 "owned_max": report.nodes.iter().map(|n| n.owned_blocks).max(),
             },
             "memory": {
-                "limit": self.options.memory,
+                "limit": self.options.mesh.memory,
                 "peak": report.totals.peak_bytes,
                 "peak_node": report.totals.peak_node,
                 "lines": lines_json(report),
@@ -129,23 +129,23 @@ impl Run<'_> {
         let header = self.scene.file.view();
         let o = self.options;
         options["scenes"] = json!(self.sim.scene.scenes);
-        options["width"] = json!(o.width);
-        options["height"] = json!(o.height);
+        options["width"] = json!(o.mesh.width);
+        options["height"] = json!(o.mesh.height);
         options["block"] = json!(header.header().block_bytes);
-        options["memory"] = json!(o.memory);
-        options["nodes"] = json!(o.topology.nodes());
+        options["memory"] = json!(o.mesh.memory);
+        options["nodes"] = json!(o.mesh.topology.nodes());
         options["topology"] = json!(self.topology);
-        options["prefetch"] = json!(prefetch(o.prefetch));
-        options["task_order"] = json!(format!("{:?}", o.order).to_lowercase());
+        options["prefetch"] = json!(prefetch(o.mesh.prefetch));
+        options["task_order"] = json!(format!("{:?}", o.mesh.order).to_lowercase());
         options["link_bandwidth"] = json!(o.link.bandwidth);
         options["link_latency"] = json!(o.link.latency);
-        options["packet"] = json!(o.link.packet);
+        options["packet"] = json!(o.mesh.packet);
         options["switching"] = json!(match o.link.switching {
             kiloray_sim::Switching::StoreAndForward => "store",
             kiloray_sim::Switching::CutThrough => "cut",
         });
-        options["group"] = json!(o.group);
-        options["refusals"] = json!(o.refusals);
+        options["group"] = json!(o.mesh.group);
+        options["refusals"] = json!(o.mesh.refusals);
         options["loss"] = json!(rate(o.faults.loss));
         options["duplicate"] = json!(rate(o.faults.duplicate));
         options["jitter"] = json!(o.faults.jitter);

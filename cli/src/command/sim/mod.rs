@@ -21,7 +21,7 @@ use self::{cut::Cut, lost::bounds};
 pub(super) use self::{
     json::prefetch,
     lost::Baseline,
-    options::{baseline, options, refused, with_mesh},
+    options::{baseline, on, options, refused},
     run::{Done, measured},
 };
 use super::{division, engine, html};
@@ -130,7 +130,7 @@ impl<'a> Run<'a> {
         done: &'a Done,
         exposure: Option<f32>,
     ) -> Self {
-        let topology = sim.mesh.division.topology_name(&options.topology);
+        let topology = sim.mesh.division.topology_name(&options.mesh.topology);
         let cut = cut::worst(&done.outcome.report, options.link.bandwidth);
         Self { sim, scene, options, done, topology, cut, exposure }
     }

@@ -1,9 +1,11 @@
 use kiloray_core::{
     network::{NodeId, Topology},
-    shade::Settings,
+    scene::View,
 };
-use kiloray_render::{MeshOptions, framing};
-use kiloray_sim::{Crash, Error, Faults, Link, Options, Profile, Rate, Slow, Switching};
+use kiloray_render::framing;
+use kiloray_sim::{
+    Crash, Error, Faults, Link, MeshOptions, Options, Profile, Rate, Slow, Switching,
+};
 
 use crate::{
     args::{self, Bounds},
@@ -21,70 +23,47 @@ const TRACE_EVENTS: usize = 300_000;
 pub(in crate::command) fn options(sim: &args::Sim, scene: &Scene) -> Outcome<Options> {
     let (common, mesh) = (&sim.common, &sim.mesh);
     let view = scene.choose_view(common.view.as_ref())?;
-    let Bounds { width, height } =
+    let bounds =
         Bounds::new(common.width, common.height, framing::aspect(&view)).map_err(Failure::usage)?;
     let topology = mesh.division.topology().map_err(Failure::usage)?;
-    let view = framing::fitted(view, width, height);
-    let mut options = Options::new(width, height, view, topology);
-    options.settings = Settings {
-        samples: common.samples,
-        shadow_samples: common.shadow_samples.unwrap_or(0),
-        bounces: common.bounces as u8,
-        seed: common.seed,
-    };
-    options.memory = usize::try_from(division::memory(common))
-        .map_err(|_| Failure::usage("--memory is more than can be addressed"))?;
-    options.seed = common.seed;
     let block_bytes = u64::from(scene.file.view().header().block_bytes);
-    let mut options = with_mesh(options, mesh, block_bytes)?;
+    let divided = division::options(common, &mesh.division, bounds, topology, block_bytes)?;
+    let view = framing::fitted(view, bounds.width, bounds.height);
+    let mut options = on(divided, view, mesh)?;
+    options.seed = common.seed;
     options.trace = if sim.trace.is_some() { TRACE_EVENTS } else { 0 };
     Ok(options)
 }
 
-/// The same with what is said of the mesh, its topology apart.
-pub(in crate::command) fn with_mesh(
-    mut options: Options,
+/// A divided run with what is said of the machine.
+pub(in crate::command) fn on(
+    divided: MeshOptions,
+    view: View,
     mesh: &args::Mesh,
-    block_bytes: u64,
 ) -> Outcome<Options> {
+    let mut options = Options::new(divided.width, divided.height, view, divided.topology);
+    options.mesh = MeshOptions { owned_in_arena: mesh.owned_in_arena, ..divided };
     options.link = link(mesh, options.link);
     let profile = profile_name(mesh.profile);
     options.profile = Profile::named(profile).ok_or_else(|| {
         Failure::usage(format_args!("--profile {profile}: it has no figures yet"))
     })?;
     options.faults = faults(mesh);
-    let base = MeshOptions {
-        settings: options.settings,
-        memory: options.memory,
-        ..MeshOptions::new(options.width, options.height, options.topology)
-    };
-    let divided = division::with(base, &mesh.division, block_bytes)?;
-    options.link.packet = divided.packet;
-    options.schedule = divided.schedule;
-    options.dealing = divided.dealing;
-    options.top = divided.top;
-    options.replicas = divided.replicas;
-    options.prefetch = divided.prefetch;
-    options.order = divided.order;
-    options.group = divided.group;
-    options.refusals = divided.refusals;
-    options.tile = divided.tile;
-    options.owned_in_arena = mesh.owned_in_arena;
     Ok(options)
 }
 
 /// The same picture on one node of the same profile that has all blocks, and memory to spare.
 pub(in crate::command) fn baseline(options: &Options) -> Outcome<Options> {
     let topology = Topology::parse("line", 1).map_err(Failure::new)?;
-    Ok(Options {
+    let mesh = MeshOptions {
+        topology,
         memory: BASELINE_MEMORY,
-        faults: Faults::default(),
         replicas: 1,
         group: 0,
         owned_in_arena: false,
-        trace: 0,
-        ..Options { topology, ..options.clone() }
-    })
+        ..options.mesh
+    };
+    Ok(Options { mesh, faults: Faults::default(), trace: 0, ..options.clone() })
 }
 
 /// An error of the simulator: exit code 2 where it is about what was typed.

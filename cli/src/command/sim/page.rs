@@ -63,7 +63,7 @@ fn cards(run: &Run<'_>) -> Vec<(&'static str, String)> {
     cards.extend([
         (
             "of a node's memory at most used",
-            percent(part(report.totals.peak_bytes as u64, run.options.memory as u64)),
+            percent(part(report.totals.peak_bytes as u64, run.options.mesh.memory as u64)),
         ),
         ("blocks fetched", count(counts.cache.fetched)),
         (
@@ -192,11 +192,11 @@ fn memory(page: &mut Page, run: &Run<'_>) {
     page.text(format_args!(
         "At most {} of {} bytes were in use, at node {}; {} in the mean over nodes. Blocks that a node owns, {} at most, lie {}.",
         report.totals.peak_bytes,
-        run.options.memory,
+        run.options.mesh.memory,
         report.totals.peak_node,
         bytes(report.nodes.iter().map(|n| n.peak_bytes as u64).sum::<u64>() / report.nodes.len().max(1) as u64),
         report.nodes.iter().map(|n| n.owned_blocks).max().unwrap_or(0),
-        if run.options.owned_in_arena { "in it too" } else { "apart from it, read-only" },
+        if run.options.mesh.owned_in_arena { "in it too" } else { "apart from it, read-only" },
     ));
     let rows: Vec<_> = lines(report)
         .iter()
@@ -248,7 +248,7 @@ fn the_run(page: &mut Page, run: &Run<'_>, shown: &Shown<'_>) {
     let report = &run.done.outcome.report;
     let file = run.scene.file.view();
     let header = file.header();
-    let (o, settings) = (run.options, &run.options.settings);
+    let (o, settings) = (run.options, &run.options.mesh.settings);
     let sources: Vec<_> =
         run.sim.scene.scenes.iter().map(|scene| scene.display().to_string()).collect();
     page.heading("The run");
@@ -264,7 +264,7 @@ fn the_run(page: &mut Page, run: &Run<'_>, shown: &Shown<'_>) {
                 bytes(u64::from(header.blocks) * u64::from(header.block_bytes))
             ),
         ),
-        ("picture", format!("{} x {}", o.width, o.height)),
+        ("picture", format!("{} x {}", o.mesh.width, o.mesh.height)),
         ("samples", settings.samples.to_string()),
         ("bounces", settings.bounces.to_string()),
         ("exposure", format!("{} stops", shown.stops)),
@@ -276,7 +276,7 @@ fn the_run(page: &mut Page, run: &Run<'_>, shown: &Shown<'_>) {
                 "{} per second each way, {}, packets of {}, {}",
                 bytes(o.link.bandwidth),
                 duration(o.link.latency),
-                bytes(o.link.packet.into()),
+                bytes(o.mesh.packet.into()),
                 match o.link.switching {
                     kiloray_sim::Switching::StoreAndForward => "store and forward",
                     kiloray_sim::Switching::CutThrough => "cut through",
@@ -284,8 +284,8 @@ fn the_run(page: &mut Page, run: &Run<'_>, shown: &Shown<'_>) {
             ),
         ),
         ("host at nodes", format!("{:?}", report.mesh.attached).replace(['[', ']'], "")),
-        ("prefetch", super::prefetch(o.prefetch)),
-        ("copies of a block", o.replicas.to_string()),
+        ("prefetch", super::prefetch(o.mesh.prefetch)),
+        ("copies of a block", o.mesh.replicas.to_string()),
         ("simulated in", format!("{:.2} s, {} events", run.done.all_s, count(report.events))),
         ("hash of the pixels", run.done.image_hash.clone()),
         ("hash of the events", report.fingerprint.clone()),

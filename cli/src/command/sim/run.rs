@@ -74,7 +74,7 @@ pub(super) fn run(
             is_over.store(true, Ordering::Relaxed);
         }
         let baseline = second.or_else(|| later.map(begin)).and_then(|thread| {
-            let pixels = u64::from(options.width) * u64::from(options.height);
+            let pixels = u64::from(options.mesh.width) * u64::from(options.mesh.height);
             let _ = bar.set(Progress::new("one node", pixels, quiet));
             thread.join().ok().flatten()
         });
@@ -89,8 +89,11 @@ pub(super) fn run(
 }
 
 fn mesh(scene: &Scene, options: &Options, cancel: &AtomicBool, quiet: bool) -> Outcome<Simulated> {
-    let bar =
-        Progress::new("simulating", u64::from(options.width) * u64::from(options.height), quiet);
+    let bar = Progress::new(
+        "simulating",
+        u64::from(options.mesh.width) * u64::from(options.mesh.height),
+        quiet,
+    );
     let progress = |status: &Status| {
         bar.set(status.pixels);
         bar.message(format!(

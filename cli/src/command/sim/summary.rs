@@ -19,7 +19,7 @@ pub(super) fn print(run: &Run<'_>, path: &Path) -> Outcome {
         path.display(),
         outcome.picture.width,
         outcome.picture.height,
-        run.options.settings.samples,
+        run.options.mesh.settings.samples,
         if outcome.complete { "" } else { "; INCOMPLETE" },
     ))?;
     line(format_args!("mesh       {}", mesh(run)))?;
@@ -51,7 +51,7 @@ pub(super) fn print(run: &Run<'_>, path: &Path) -> Outcome {
     line(format_args!(
         "memory     {} of {} at the fullest node, {}",
         bytes(report.totals.peak_bytes as u64),
-        bytes(run.options.memory as u64),
+        bytes(run.options.mesh.memory as u64),
         report.totals.peak_node,
     ))?;
     if let Some(faults) = faults(run) {
@@ -66,14 +66,14 @@ pub(super) fn print(run: &Run<'_>, path: &Path) -> Outcome {
 
 /// The machine in a line.
 pub(super) fn mesh(run: &Run<'_>) -> String {
-    let nodes = run.options.topology.nodes();
+    let nodes = run.options.mesh.topology.nodes();
     format!(
         "{nodes} {} of {}, {}, profile {}, schedule {}",
         if nodes == 1 { "node" } else { "nodes" },
-        bytes(run.options.memory as u64),
+        bytes(run.options.mesh.memory as u64),
         run.topology,
         run.options.profile.name,
-        format!("{:?}", run.options.schedule).to_lowercase(),
+        format!("{:?}", run.options.mesh.schedule).to_lowercase(),
     )
 }
 

@@ -17,7 +17,7 @@ fn with_run<T>(line: &str, complete: bool, what: impl FnOnce(&Run<'_>) -> T) -> 
     let Some(Command::Sim(sim)) = command else { panic!("not sim") };
     let scene = load(&sim, true).unwrap();
     let options = options(&sim, &scene).unwrap();
-    let report = fixture::report(&options.topology);
+    let report = fixture::report(&options.mesh.topology);
     let picture = Picture { width: 4, height: 4, pixels: vec![[0.5; 3]; 16] };
     let outcome = Outcome { picture, complete, lost: None, overflows: 0, report };
     let time = NodeTime { trace: 2_000_000, ..NodeTime::default() };
@@ -155,7 +155,7 @@ fn the_trace_is_json_with_a_track_for_each_node() {
 #[test]
 fn topologies_follow_the_nodes_and_the_other_way_round() {
     let of = |line: &str| {
-        with_run(line, true, |run| (run.options.topology.nodes(), run.topology.clone()))
+        with_run(line, true, |run| (run.options.mesh.topology.nodes(), run.topology.clone()))
     };
     assert_eq!(of(""), (64, "torus:8x8".into()));
     assert_eq!(of("--nodes 12"), (12, "torus:4x3".into()));

@@ -88,7 +88,7 @@ impl Row {
         json["speed_up"] = json!(done.efficiency().map(|efficiency| efficiency * nodes));
         let picture = format!(
             "{} {} {:?} {:?}",
-            options.width, options.height, options.view, options.settings
+            options.mesh.width, options.mesh.height, options.view, options.mesh.settings
         );
         Self { values: point.values.clone(), error: None, picture, json }
     }

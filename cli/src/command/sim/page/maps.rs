@@ -58,7 +58,7 @@ pub(super) fn draw(page: &mut Page, run: &Run<'_>, layout: &Layout) {
     page.raw("</div>\n");
 
     page.raw("<details><summary>Memory over the mesh, by line</summary>\n<div class=\"maps\">\n");
-    let limit = run.options.memory.max(1) as f64;
+    let limit = run.options.mesh.memory.max(1) as f64;
     let mut parts = |title: &str, of: &dyn Fn(&NodeReport) -> Option<f64>| {
         draw_one(page, run, layout, title, Some(1.0), &percent, of);
     };

@@ -73,7 +73,7 @@ pub(super) fn lines(page: &mut Page, run: &Run<'_>) {
         None,
         vec![line("", Mark::Line, 7, &|s| 100.0 * s.link_bytes as f64 / capacity.max(1.0))],
     ));
-    let pixels = (f64::from(run.options.width) * f64::from(run.options.height)).max(1.0);
+    let pixels = (f64::from(run.options.mesh.width) * f64::from(run.options.mesh.height)).max(1.0);
     page.raw(&draw(
         "Pixels done",
         "%",
