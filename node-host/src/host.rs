@@ -65,7 +65,7 @@ pub struct Outcome {
     pub render: Duration,
 }
 
-/// How long all nodes may take to be there.
+/// How long all nodes may take to be there that somebody else starts; a supervisor knows of each of its own.
 const START_LIMIT: Duration = Duration::from_secs(60);
 /// How long nodes may take to report in the end, and when somebody waits for that.
 const REPORT_LIMITS: [Duration; 2] = [Duration::from_secs(2), Duration::from_millis(250)];
@@ -106,6 +106,7 @@ pub fn run_host(
     let mut watch = Watch { file, job: &job, own: own.clone(), replacements: Vec::new() };
     let mut network = Network::open(config, &job, own)?;
     let mut looked = begin;
+    let is_supervised = supervisor.is_some();
     let mut look = |watch: &mut Watch<'_>, ledger: &Ledger, network: &mut Network| {
         let changes = network.take_changes();
         if changes.is_empty() && looked.elapsed() < LOOK {
@@ -127,9 +128,12 @@ pub fn run_host(
     let missing = |network: &Network| job.nodes().find(|&node| network.there(node).is_none());
     let mut is_cancelled = false;
     while let Some(node) = missing(&network).filter(|_| !is_cancelled) {
-        if begin.elapsed() > START_LIMIT {
+        if !is_supervised && begin.elapsed() > START_LIMIT {
+            let at = config.addresses.get(usize::from(node.id().0)).map_or("", String::as_str);
             let limit = START_LIMIT.as_secs();
-            return Err(Error::Node { node, cause: format!("is not there after {limit} s") });
+            let cause =
+                format!("is not there after {limit} s: nobody of this mesh answers at {at}");
+            return Err(Error::Node { node, cause });
         }
         network.wait_for_news(LOOK);
         is_cancelled = look(&mut watch, &host.ledger, &mut network)?;
@@ -227,7 +231,7 @@ impl Watch<'_> {
             }
         }
         if let Some(supervisor) = supervisor {
-            self.replacements.extend(supervisor.look()?);
+            self.replacements.extend(supervisor.look(Instant::now())?);
         }
         Ok(())
     }

@@ -18,6 +18,11 @@ use crate::{Config, Error, Place};
 pub(crate) const FOLDER_PREFIX: &str = "kiloray-nodes-";
 /// Times in a row that a node may die before it is there.
 const DEATHS_MAX: u32 = 5;
+/// How long a process may take to be there, and so much more for each node of the mesh, as they share the processors. On two processors with many times
+/// as much to do, 64 were there after a second.
+const START_LIMITS: [Duration; 2] = [Duration::from_secs(10), Duration::from_millis(100)];
+/// Times in a row that a node may be late. Each has twice as long as the one before: frozen ones cost little, and where all are slow few are replaced in vain.
+const LATE_MAX: u32 = 2;
 /// Lines that are kept of what a node says.
 const LINES: usize = 8;
 /// Longest line that is kept \[bytes\].
@@ -48,8 +53,11 @@ pub struct Replacement {
 struct Process {
     child: Child,
     incarnation: u32,
-    /// Deaths since one of its processes was there.
+    begun: Instant,
+    is_there: bool,
+    /// Deaths since one of its processes was there, and how many of them were ended as they were late.
     deaths: u32,
+    late: u32,
     said: Arc<Mutex<VecDeque<String>>>,
     reader: Option<JoinHandle<()>>,
 }
@@ -111,7 +119,8 @@ impl Supervisor {
         if let Some(process) = self.nodes.get_mut(usize::from(node.id().0))
             && process.incarnation == incarnation
         {
-            process.deaths = 0;
+            process.is_there = true;
+            (process.deaths, process.late) = (0, 0);
         }
     }
 
@@ -125,25 +134,29 @@ impl Supervisor {
         if process.incarnation != incarnation {
             return Ok(None);
         }
-        // It may be frozen, and would go on some time.
-        let is_alive = matches!(process.child.try_wait(), Ok(None));
-        let _ = process.child.kill();
-        let status = process.child.wait();
-        let node = node.id();
-        if is_alive {
-            return self.replace(node, "was not heard of any more".into()).map(Some);
-        }
-        self.died(node, status).map(Some)
+        self.end(node.id(), "was not heard of any more".into()).map(Some)
     }
 
-    /// Replaces those that have died.
-    pub(crate) fn look(&mut self) -> Result<Vec<Replacement>, Error> {
+    /// Replaces those that have died, or run and are not there for too long: they may have been frozen before anybody could miss them.
+    pub(crate) fn look(&mut self, now: Instant) -> Result<Vec<Replacement>, Error> {
         let mut replaced = Vec::new();
-        for at in 0..self.nodes.len() {
-            match self.nodes[at].child.try_wait() {
-                Ok(None) => {}
-                Ok(Some(status)) => replaced.push(self.died(NodeId(at as u16), Ok(status))?),
-                Err(error) => replaced.push(self.died(NodeId(at as u16), Err(error))?),
+        let [least, each] = START_LIMITS;
+        let limit = least + each * self.nodes.len() as u32;
+        for (at, node) in (0..self.nodes.len()).zip((0..).map(NodeId)) {
+            let process = &mut self.nodes[at];
+            let limit = limit * 2_u32.pow(process.late);
+            match process.child.try_wait() {
+                Ok(None) if process.is_there || now - process.begun < limit => {}
+                Ok(None) => {
+                    let cause = format!("was not there after {} s", limit.as_secs());
+                    if process.late == LATE_MAX {
+                        return Err(Error::Node { node: Place::new(node), cause });
+                    }
+                    process.late += 1;
+                    replaced.push(self.end(node, cause)?);
+                }
+                Ok(Some(status)) => replaced.push(self.died(node, Ok(status))?),
+                Err(error) => replaced.push(self.died(node, Err(error))?),
             }
         }
         Ok(replaced)
@@ -162,6 +175,15 @@ impl Supervisor {
         {
             thread::sleep(Duration::from_millis(5));
         }
+    }
+
+    /// Ends a process, as it would go on if it is frozen only; another takes its place.
+    fn end(&mut self, node: NodeId, cause: String) -> Result<Replacement, Error> {
+        let process = &mut self.nodes[usize::from(node.0)];
+        let is_alive = matches!(process.child.try_wait(), Ok(None));
+        let _ = process.child.kill();
+        let status = process.child.wait();
+        if is_alive { self.replace(node, cause) } else { self.died(node, status) }
     }
 
     /// A process has ended: by what it did itself, or by a signal.
@@ -183,13 +205,14 @@ impl Supervisor {
 
     fn replace(&mut self, node: NodeId, cause: String) -> Result<Replacement, Error> {
         let at = usize::from(node.0);
-        let (incarnation, deaths) = (self.nodes[at].incarnation + 1, self.nodes[at].deaths + 1);
+        let Process { incarnation, deaths, late, .. } = self.nodes[at];
+        let deaths = deaths + 1;
         if deaths > DEATHS_MAX {
             let cause = format!("has died {deaths} times before it was there ({cause})");
             return Err(Error::Node { node: Place::new(node), cause });
         }
-        let process = self.spawn(node.0, incarnation)?;
-        self.nodes[at] = Process { deaths, ..process };
+        let process = self.spawn(node.0, incarnation + 1)?;
+        self.nodes[at] = Process { deaths, late, ..process };
         Ok(Replacement { node: node.0, cause })
     }
 
@@ -214,7 +237,8 @@ impl Supervisor {
             let said = Arc::clone(&said);
             thread::spawn(move || listen(stderr, &said))
         });
-        Ok(Process { child, incarnation, deaths: 0, said, reader })
+        let begun = Instant::now();
+        Ok(Process { child, incarnation, begun, is_there: false, deaths: 0, late: 0, said, reader })
     }
 }
 

@@ -2,3 +2,4 @@ mod hostile;
 mod mesh;
 mod secure;
 mod strangers;
+mod supervisor;
