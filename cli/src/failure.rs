@@ -39,6 +39,16 @@ impl Failure {
         Self::Failed(format!("{}: {cause}", path.display()))
     }
 
+    /// The same, of one among others.
+    #[cfg(feature = "host")]
+    pub(crate) fn of(self, name: impl Display) -> Self {
+        match self {
+            Self::Usage(message) => Self::Usage(format!("{name}: {message}")),
+            Self::Failed(message) => Self::Failed(format!("{name}: {message}")),
+            Self::ClosedPipe | Self::Printed => self,
+        }
+    }
+
     /// Something the system says about a file, in words that say what to do.
     pub(crate) fn io(path: &Path, error: &io::Error) -> Self {
         use io::ErrorKind as Kind;

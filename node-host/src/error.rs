@@ -65,8 +65,8 @@ pub enum Error {
     /// The network.
     #[error("{0}")]
     Network(String),
-    /// A node cannot take part.
-    #[error("node {node} {cause}")]
+    /// A node cannot take part, or the host not be worked for.
+    #[error("{}{node} {cause}", if *node == Place::HOST { "the " } else { "node " })]
     Node {
         /// Which.
         node: Place,

@@ -21,7 +21,7 @@ use crate::{Config, Error, Job, Network, NodeReport, Place, ProcessMemory, drive
 /// `incarnation` tells it from others that were or will be at its place. Unless it `is_tied` to a supervisor ([`tie`]), it ends also when the host is gone.
 ///
 /// # Errors
-/// [`Error`], for what cannot begin.
+/// [`Error`], for what cannot begin, and a host that works on something else.
 pub fn run_node(config: &Config, node: u16, incarnation: u32, is_tied: bool) -> Result<(), Error> {
     let start = Instant::now();
     if config.mesh.enforce {
@@ -56,14 +56,20 @@ pub fn run_node(config: &Config, node: u16, incarnation: u32, is_tied: bool) -> 
     let mut actor = Node::new(&mut arena, plan, budget, job.layout.settings, rom, job.mesh, world)?;
 
     let identity = job.identity(&file, place, incarnation);
-    let mut network = Network::open(config, &job, identity)?;
-    let mut host_is_gone = false;
+    let mut network = Network::open(config, &job, identity.clone())?;
+    let (mut host_is_gone, mut differs) = (false, None);
     let time = drive(&mut actor, &mut network, &Drive::new(start, &job, place), |_, network| {
-        for (identity, is_there) in network.take_changes() {
-            host_is_gone |= !is_tied && identity.place == Place::HOST && !is_there;
+        for (host, is_there) in network.take_changes() {
+            if host.place == Place::HOST {
+                host_is_gone |= !is_tied && !is_there;
+                differs = host.differs(&identity).filter(|_| !is_tied);
+            }
         }
-        host_is_gone || network.is_over()
+        host_is_gone || differs.is_some() || network.is_over()
     });
+    if let Some(cause) = differs {
+        return Err(Error::Node { node: Place::HOST, cause });
+    }
     if !host_is_gone {
         let budget = actor.budget();
         let report = NodeReport {
@@ -89,6 +95,9 @@ pub fn run_node(config: &Config, node: u16, incarnation: u32, is_tied: bool) -> 
 /// this one ends, and removes the directory that a supervisor made for its nodes.
 pub fn tie(config: &Path) {
     let folder = config.parent().map(Path::to_owned);
+    // One that is frozen then goes on, to see it.
+    #[cfg(target_os = "linux")]
+    let _ = rustix::process::set_parent_process_death_signal(Some(rustix::process::Signal::CONT));
     thread::spawn(move || {
         // What comes is of no interest, how it ends neither.
         let _ = io::copy(&mut io::stdin().lock(), &mut io::sink());

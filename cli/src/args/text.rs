@@ -86,10 +86,10 @@ Examples:
   kiloray host glass --nodes 8 --memory 64KiB -o glass.exr
   kiloray host room.kilo --nodes 16 --topology torus:4x4 --block-replicas 2 --json run.json
 
-Each process is a real node: it has --memory for all that it holds, maps the compiled scene, and reads
-the blocks of its share; all else comes over its links, which are sockets that only you can open. The
-pixels are those of 'kiloray render', to the bit. A process that dies or freezes is replaced, and costs time
-alone; all end with this command.
+Each process is a real node: it has --memory for all that it holds, maps the compiled scene, and
+reads the blocks of its share; all else comes over its links, which are sockets that only you can
+open. The pixels are those of 'kiloray render', to the bit. A process that dies or freezes is
+replaced, and costs time alone; all end with this command. Ctrl-C keeps what is rendered.
 
 The --json fields are those of 'kiloray sim', with times of the clock in place of virtual ones.";
 
@@ -107,8 +107,8 @@ pub(super) const NODE: &str = "\
 Examples:
   kiloray node --config mesh.toml --node 3
 
-It listens at its address in the configuration, connects to its neighbours, works for the host when there is
-one, reports to it, and ends.";
+It listens at its address in the configuration, connects to its neighbours, works for the host
+when there is one ('kiloray host --config'), reports to it, and ends.";
 
 pub(super) const SWEEP_THREADS: &str = "Points that are simulated at once [default: all cores]";
 

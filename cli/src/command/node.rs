@@ -11,7 +11,13 @@ use crate::{
 pub(super) fn run(node: &args::Node) -> Outcome {
     if node.tied {
         tie(&node.config);
+        // Whoever has started it knows which it is.
+        return work(node);
     }
+    work(node).map_err(|failure| failure.of(format_args!("node {}", node.node)))
+}
+
+fn work(node: &args::Node) -> Outcome {
     let mut config = Config::read(&node.config).map_err(refused)?;
     config.listen.clone_from(&node.listen);
     config.insecure = node.insecure;
@@ -22,6 +28,7 @@ pub(super) fn run(node: &args::Node) -> Outcome {
 /// An error of a mesh of processes in one line: exit code 2 where it is about what was typed.
 pub(super) fn refused(error: Error) -> Failure {
     match error {
+        Error::Io { path, source } => Failure::io(&path, &source),
         Error::Budget(error) => super::engine::too_small(&error),
         Error::Size { .. } | Error::View | Error::Topology(_) | Error::Options(_) => {
             Failure::usage(error)

@@ -23,18 +23,8 @@ fn machines(folder: &Folder) {
         .expect("there is a shell");
     assert!(made.status.success(), "{}", String::from_utf8_lossy(&made.stderr));
     let mut text = fs::read_to_string(Path::new(EXAMPLE).join("mesh.toml")).expect("the example");
-    // Held together, so that no two are the same.
-    let mut free = Vec::new();
-    for machine in MACHINES {
-        for port in [7447, 7448] {
-            free.push(TcpListener::bind("127.0.0.1:0").expect("a port"));
-            let address =
-                free.last().map(|port| port.local_addr().expect("an address").to_string());
-            let named = format!("{machine}:{port}");
-            assert!(text.contains(&named), "{named}");
-            text = text.replace(&named, &address.expect("a port"));
-        }
-    }
+    let named = MACHINES.map(|machine| [7447, 7448].map(|port| format!("{machine}:{port}")));
+    place(&mut text, named.as_flattened());
     for side in ["width", "height"] {
         let said = format!("{side} = 512\n");
         assert!(text.contains(&said), "{said}");
@@ -51,6 +41,26 @@ fn machines(folder: &Folder) {
             fs::copy(from.join(&file), place.join(&file)).expect("it is copied");
         }
     }
+}
+
+/// Writes free ports of this machine in place of addresses. They are held together, so that no two are the same.
+fn place(text: &mut String, named: &[String]) {
+    let free: Vec<_> =
+        named.iter().map(|_| TcpListener::bind("127.0.0.1:0").expect("a port")).collect();
+    for (named, free) in named.iter().zip(free) {
+        assert!(text.contains(named), "{named}");
+        *text = text.replace(named, &free.local_addr().expect("an address").to_string());
+    }
+}
+
+/// A configuration of two nodes of this machine, in `mesh.toml`, and its text.
+fn pair(folder: &Folder) -> String {
+    folder.run("compile cornell --block 1KiB -o scene.kilo").done();
+    folder.run("host scene.kilo --nodes 2 --width 40 --write-config mesh.toml").done();
+    let mut text = fs::read_to_string(folder.path().join("mesh.toml")).expect("a configuration");
+    place(&mut text, &[7447, 7448].map(|port| format!("127.0.0.1:{port}")));
+    folder.file("mesh.toml", &text);
+    text
 }
 
 fn node(folder: &Folder, machine: &str, node: u16) -> Child {
@@ -86,6 +96,45 @@ fn two_machines_render_the_bits_of_one_node() {
     }
     assert_eq!(run["options"]["memory"], 65536);
     assert_eq!(run["nodes"], 4);
+}
+
+#[test]
+fn a_port_in_use_is_named_with_its_node() {
+    let folder = Folder::new();
+    let text = pair(&folder);
+    let held = TcpListener::bind("127.0.0.1:0").expect("a port");
+    let address = held.local_addr().expect("an address").to_string();
+    let (_, first) = text.split_once("tcp/").expect("an address");
+    let (first, _) = first.split_once('"').expect("its end");
+    folder.file("mesh.toml", text.replace(first, &address));
+    let said = folder.run("node --config mesh.toml --node 0");
+    said.refused(1, &["node 0: cannot listen at tcp/", &address, "in use"]);
+}
+
+#[test]
+fn a_node_without_its_file_is_named() {
+    let folder = Folder::new();
+    pair(&folder);
+    fs::remove_file(folder.path().join("scene.kilo")).expect("it is there");
+    let said = folder.run("node --config mesh.toml --node 1");
+    said.refused(1, &["node 1: ", "scene.kilo", "o such file"]);
+    folder.run("node --config other.toml --node 1").refused(1, &["node 1: ", "other.toml"]);
+}
+
+#[test]
+fn a_node_of_another_scene_is_named_on_both_sides() {
+    let folder = Folder::new();
+    let text = pair(&folder);
+    fs::create_dir(folder.path().join("other")).expect("a directory");
+    folder.file("other/mesh.toml", text);
+    folder.run("compile glass --block 1KiB -o other/scene.kilo").done();
+    let [right, wrong] = [node(&folder, ".", 0), node(&folder, "other", 1)];
+    folder.run("host --config mesh.toml").refused(1, &["node 1 has another scene file"]);
+    let ended = [right, wrong].map(|node| node.wait_with_output().expect("it ends"));
+    assert!(ended[0].status.success(), "{ended:?}");
+    let said = String::from_utf8_lossy(&ended[1].stderr);
+    assert_eq!(ended[1].status.code(), Some(1), "{said}");
+    assert!(said.contains("node 1: the host has another scene file"), "{said}");
 }
 
 #[test]

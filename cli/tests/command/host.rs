@@ -84,6 +84,10 @@ fn nodes_end_with_their_host() {
     command.args(LONG.split(' ')).stderr(Stdio::null()).env("TMPDIR", folder.path());
     let mut host = command.spawn().expect("it starts");
     let nodes = nodes_of(&host, 3);
+    // One that is frozen, though it has long begun, ends too.
+    let threads = || fs::read_dir(format!("/proc/{}/task", nodes[0])).map_or(0, Iterator::count);
+    until(|| threads() > 1);
+    signal("-STOP", nodes[0]);
     host.kill().expect("it is killed");
     host.wait().expect("it is dead");
     until(|| nodes.iter().all(|node| is_gone(*node)));

@@ -1,3 +1,5 @@
+use std::net::TcpListener;
+
 use serde_json::{Value, json};
 use zenoh::{Session, Wait};
 
@@ -38,9 +40,29 @@ pub(super) fn open(config: &Config, job: &Job, place: Place) -> Result<Session, 
         .map_err(|error| Error::Network(error.to_string()))?;
     zenoh::open(config).wait().map_err(|error| {
         Error::Network(match listen.first() {
-            Some(address) => format!("cannot listen at {address}: {error}"),
-            None => error.to_string(),
+            Some(address) => {
+                // In its own words, if it is the system that refuses.
+                let system = address.split_once('/').and_then(|(protocol, address)| {
+                    ["tcp", "tls"].contains(&protocol).then(|| TcpListener::bind(address).err())?
+                });
+                let cause = system.map_or_else(|| plain(&error.to_string()), |e| e.to_string());
+                format!("cannot listen at {address}: {cause}")
+            }
+            None => plain(&error.to_string()),
         })
+    })
+}
+
+/// What the engine says of an error, without the places in its source.
+fn plain(error: &str) -> String {
+    let mut parts = error.split(" at /");
+    let first = parts.next().unwrap_or_default().to_owned();
+    parts.fold(first, |text, part| match part.split_once(".rs:") {
+        Some((_, rest)) => {
+            let rest = rest.trim_start_matches(|c: char| c.is_ascii_digit());
+            text + rest.strip_prefix('.').unwrap_or(rest)
+        }
+        None => text + " at /" + part,
     })
 }
 
@@ -76,4 +98,16 @@ fn tls(tls: &TlsConfig) -> Value {
         "verify_name_on_connect": true,
         "close_link_on_expiration": true,
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::plain;
+
+    #[test]
+    fn an_error_is_told_without_the_places_of_its_source() {
+        let text = "no listener at tcp/x:1: [in use (98) at /a/link-1.2/src/tcp.rs:61.] at /b/unicast.rs:338.";
+        assert_eq!(plain(text), "no listener at tcp/x:1: [in use (98)]");
+        assert_eq!(plain("no file at /etc/key.pem"), "no file at /etc/key.pem");
+    }
 }

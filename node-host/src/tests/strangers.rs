@@ -5,6 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc;
 use std::thread;
 
+use kiloray_core::network::NodeId;
 use kiloray_scene::kilo::KiloFile;
 use serde_json::json;
 use tempfile::TempDir;
@@ -47,13 +48,13 @@ pub(super) fn render(
     })
 }
 
-/// Somebody who is connected to all nodes.
-fn stranger(config: &Config) -> Session {
+/// Somebody who is connected to such addresses.
+fn stranger(listen: &[String], connect: &[String]) -> Session {
     let settings = json!({
         "mode": "peer",
-        "listen": { "endpoints": [] },
+        "listen": { "endpoints": listen },
         "connect": {
-            "endpoints": config.addresses,
+            "endpoints": connect,
             "exit_on_failure": false,
             "timeout_ms": -1,
             "retry": { "period_init_ms": 10, "period_max_ms": 20, "period_increase_factor": 1 },
@@ -76,7 +77,7 @@ fn what_a_stranger_says_costs_no_pixel() {
     let end = AtomicBool::new(false);
     let outcome = thread::scope(|scope| {
         let (job, file, config, end) = (&job, &file, &config, &end);
-        let session = stranger(config);
+        let session = stranger(&[], &config.addresses);
         scope.spawn(move || {
             if begun.recv().is_err() {
                 return;
@@ -113,6 +114,24 @@ fn what_a_stranger_says_costs_no_pixel() {
     assert_eq!(outcome.nodes.len(), 3);
     let foreign: Vec<_> = outcome.nodes.iter().map(|node| node.foreign).collect();
     assert!(foreign.iter().all(|&foreign| foreign > 0), "{foreign:?}");
+}
+
+#[test]
+fn a_node_of_another_version_is_named() {
+    let folder = TempDir::new().expect("a directory");
+    let file = scene("cornell");
+    let config = mesh(&folder, &file, "tcp", 2);
+    let job = Job::new(&config, &file.view()).expect("a job");
+    let session = stranger(&config.addresses[1..], &[]);
+    let own = job.identity(&file.view(), Place::new(NodeId(1)), 1);
+    let older = Identity { version: "0.0.9".into(), ..own };
+    let key = format!("kiloray/{}/there/{}", config.name, older.to_key());
+    let _token = session.liveliness().declare_token(key).wait().expect("a token");
+    let cancel = AtomicBool::new(false);
+    let control = Control { cancel: &cancel, progress: &|_| {} };
+    let error = run_host(&config, &file.view(), None, &control).expect_err("it is refused");
+    let expected = format!("node 1 is of version 0.0.9, not {}", Identity::VERSION);
+    assert_eq!(error.to_string(), expected);
 }
 
 /// On every topic there is.
