@@ -5,7 +5,7 @@ use kiloray_scene::builtin;
 use kiloray_scene::compile::{Options, compile};
 use kiloray_scene::kilo::KiloFile;
 
-use crate::{Target, link, mesh, node};
+use crate::{Target, host, link, mesh, node};
 
 /// The seeds of a target: the files of `corpus/TARGET` by name, for what is binary made of a built-in scene and all messages.
 #[must_use]
@@ -18,6 +18,9 @@ pub fn seeds(target: Target) -> Vec<Vec<u8>> {
         Target::Node => node::streams(),
         Target::Frame => link::streams(),
         Target::Begin => link::beginnings(),
+        Target::Start => link::starts(),
+        Target::Wire => host::wires(),
+        Target::Identity => host::identities(),
         _ => files(target.name()),
     }
 }

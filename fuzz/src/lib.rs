@@ -9,6 +9,7 @@
 //! Everything follows from the seed that is printed, except where the time limit cuts it off.
 
 mod corpus;
+mod host;
 mod link;
 mod mesh;
 mod mutate;

@@ -1,12 +1,17 @@
 //! What comes over a serial line, and what lies in a node's flash.
 
+use std::future::pending;
+use std::task::Poll;
+
 use bytemuck::Zeroable;
-use kiloray_core::network::NodeId;
-use kiloray_core::node::{Dealing, Placement, Setup, Share};
+use embassy_futures::poll_once;
+use kiloray_core::network::{NodeId, Port};
+use kiloray_core::node::{Clock, Dealing, Joint, Placement, Receive, Setup, Share, Time};
 use kiloray_core::store::Chunk;
 use kiloray_core::trace::Scalar;
 use kiloray_core::view::Camera;
 use kiloray_link::frame::{CRC_BYTES, Decoder, encode, frame_bytes};
+use kiloray_link::{Link, Tally, ask};
 use kiloray_scene::kilo;
 
 use crate::mesh::{SCENE, packets};
@@ -45,13 +50,14 @@ fn setup() -> Setup {
 
 /// Frames of packets, one behind the other.
 pub(crate) fn streams() -> Vec<Vec<u8>> {
-    let framed = |packet: &Vec<u8>| {
-        let mut frame = vec![0; frame_bytes(packet.len())];
-        let len = encode(packet, &mut frame).expect("there is room");
-        frame.truncate(len);
-        frame
-    };
-    packets().chunks(3).map(|packets| packets.iter().flat_map(framed).collect()).collect()
+    packets().chunks(3).map(|packets| packets.iter().flat_map(|p| framed(p)).collect()).collect()
+}
+
+fn framed(packet: &[u8]) -> Vec<u8> {
+    let mut frame = vec![0; frame_bytes(packet.len())];
+    let len = encode(packet, &mut frame).expect("there is room");
+    frame.truncate(len);
+    frame
 }
 
 /// A line brings any bytes: frames that come out can be sent again, and come out again.
@@ -99,4 +105,64 @@ pub(crate) fn feed_begin(input: &[u8]) -> String {
         Err(error) => error.to_string().chars().filter(|c| !c.is_ascii_digit()).collect(),
     };
     format!("{begun} {:?}", share.check_blocks().is_ok())
+}
+
+/// All that is said about a setup, between other packets.
+pub(crate) fn starts() -> Vec<Vec<u8>> {
+    let (mut question, mut answer) = (Vec::new(), Vec::new());
+    asks(&[], &mut question);
+    has_setup(&question, &mut answer);
+    let packet = framed(&packets()[0]);
+    vec![[&packet, &question, &packet[..]].concat(), [&packet, &answer, &question[..]].concat()]
+}
+
+/// A line brings any bytes to one that asks for the setup, and to one that has it: it says no more than it is asked for.
+pub(crate) fn feed_start(input: &[u8]) -> String {
+    let mut said = Vec::new();
+    let is_told = asks(input, &mut said);
+    said.clear();
+    let packets = has_setup(input, &mut said);
+    let answer = framed(&[0; 1 + Setup::BYTES]).len();
+    // The shortest question is seven bytes: a length, what it is and its checksum, two zeros.
+    assert!(said.len() <= input.len().div_ceil(7) * (answer + 2), "{}", said.len());
+    let count = |count: usize, name: &str| name.repeat(count.min(4));
+    format!("{is_told} {}{}", count(packets, "packet "), count(said.len() / answer, "answer "))
+}
+
+/// One that asks for the setup: whether it has got one.
+fn asks(mut line: &[u8], said: &mut Vec<u8>) -> bool {
+    let (tally, rooms) = (Tally::new(), [(); 3].map(|()| vec![0_u8; frame_bytes(PACKET)]));
+    let mut link = Link::new(&mut line, said, rooms, &tally);
+    poll_once(ask([&mut link], &Still, Time(1))).is_ready()
+}
+
+/// One that has it: how many packets reach it.
+fn has_setup(mut line: &[u8], said: &mut Vec<u8>) -> usize {
+    let (tally, rooms) = (Tally::new(), [(); 3].map(|()| vec![0_u8; frame_bytes(PACKET)]));
+    let mut link = Link::new(&mut line, said, rooms, &tally);
+    let setup = setup();
+    let Joint { mut receive, incoming, .. } = link.joint(Port(0), &setup);
+    let mut packets = 0;
+    // The line ends: it waits for ever then.
+    let _: Poll<()> = poll_once(async {
+        loop {
+            let len = receive.receive(incoming).await;
+            assert!(len <= incoming.len());
+            packets += 1;
+        }
+    });
+    packets
+}
+
+/// Time stands still.
+struct Still;
+
+impl Clock for Still {
+    fn now(&self) -> Time {
+        Time(0)
+    }
+
+    async fn wait(&self, _: Time) {
+        pending().await
+    }
 }

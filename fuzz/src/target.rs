@@ -5,7 +5,7 @@ use kiloray_scene::compile::{Options, compile};
 use kiloray_scene::import::{self, ImportOptions, Limits};
 use kiloray_scene::kilo::KiloFile;
 
-use crate::{link, mesh, node};
+use crate::{host, link, mesh, node};
 
 /// A parser, and how it is fed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -34,11 +34,21 @@ pub enum Target {
     Frame,
     /// The setup of a run and a node's share of the scene.
     Begin,
+    /// Bytes of a serial line, to one that asks for the setup and to one that has it.
+    Start,
+    /// What comes over a link of processes.
+    Wire,
+    /// What a process says of itself.
+    Identity,
+    /// What a process says that it did.
+    Report,
+    /// The configuration of a mesh of processes.
+    Config,
 }
 
 impl Target {
     /// All of them.
-    pub const ALL: [Self; 12] = [
+    pub const ALL: [Self; 17] = [
         Self::Rad,
         Self::Obj,
         Self::Mtl,
@@ -51,6 +61,11 @@ impl Target {
         Self::Node,
         Self::Frame,
         Self::Begin,
+        Self::Start,
+        Self::Wire,
+        Self::Identity,
+        Self::Report,
+        Self::Config,
     ];
 
     /// Its name on the command line and in the corpus.
@@ -69,6 +84,11 @@ impl Target {
             Self::Node => "node",
             Self::Frame => "frame",
             Self::Begin => "begin",
+            Self::Start => "start",
+            Self::Wire => "wire",
+            Self::Identity => "identity",
+            Self::Report => "report",
+            Self::Config => "config",
         }
     }
 
@@ -77,7 +97,14 @@ impl Target {
     pub const fn is_text(self) -> bool {
         !matches!(
             self,
-            Self::Kilo | Self::Packet | Self::Ray | Self::Node | Self::Frame | Self::Begin
+            Self::Kilo
+                | Self::Packet
+                | Self::Ray
+                | Self::Node
+                | Self::Frame
+                | Self::Begin
+                | Self::Start
+                | Self::Wire
         )
     }
 
@@ -113,6 +140,11 @@ impl Target {
             Self::Node => node::feed(input),
             Self::Frame => link::feed_frames(input),
             Self::Begin => link::feed_begin(input),
+            Self::Start => link::feed_start(input),
+            Self::Wire => host::feed_wire(input),
+            Self::Identity => host::feed_identity(input),
+            Self::Report => host::feed_report(input),
+            Self::Config => host::feed_config(input),
             Self::Compile => {
                 write(dir, "a.rad", input);
                 let options = ImportOptions { limits: limits(), ..ImportOptions::default() };

@@ -72,6 +72,31 @@ fn begin() {
     brief(Target::Begin, 300);
 }
 
+#[test]
+fn start() {
+    brief(Target::Start, 3000);
+}
+
+#[test]
+fn wire() {
+    brief(Target::Wire, 3000);
+}
+
+#[test]
+fn identity() {
+    brief(Target::Identity, 3000);
+}
+
+#[test]
+fn report() {
+    brief(Target::Report, 3000);
+}
+
+#[test]
+fn config() {
+    brief(Target::Config, 1000);
+}
+
 /// The seeds bring a node to all that it can do.
 #[test]
 fn a_node_renders_what_it_is_told_to() {

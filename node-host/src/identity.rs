@@ -95,10 +95,11 @@ impl Identity {
         let mut parts = key.split('/');
         let place = parts.next()?.parse().ok()?;
         let incarnation = hexadecimal(parts.next()?)?;
-        let version = parts.next()?.to_owned();
+        let version = parts.next().filter(|version| is_version(version))?.to_owned();
         let [scene, share, job] = [(); 3].map(|()| parts.next().and_then(hexadecimal));
         let all = Self { place, incarnation, version, scene: scene?, share: share?, job: job? };
-        parts.next().is_none().then_some(all)
+        // In no other spelling: the end of another's would be taken for the end of this one.
+        (all.to_key() == key).then_some(all)
     }
 
     /// Why two processes cannot work together, if so: how this one differs from what is expected. Whose share it is does not matter.
@@ -115,6 +116,15 @@ impl Identity {
         }
     }
 }
+
+/// Whether it can be shown to a person: it comes from anybody.
+fn is_version(text: &str) -> bool {
+    let is_plain = |c: char| c.is_ascii_alphanumeric() || ".-+".contains(c);
+    (1..=VERSION_LEN).contains(&text.len()) && text.chars().all(is_plain)
+}
+
+/// Longest version.
+const VERSION_LEN: usize = 32;
 
 fn hexadecimal(text: &str) -> Option<u32> {
     (text.len() == 8).then(|| u32::from_str_radix(text, 16).ok()).flatten()
@@ -148,6 +158,10 @@ mod tests {
             &format!("{key}/"),
             "65535/000000fe/1/00000001/00000002/80000000",
             "1/fe/1/00000001/00000002/80000000",
+            "1/000000fe/1.2\u{1b}[2J/00000001/00000002/80000000",
+            &key.replace("1.2.3", &"1".repeat(33)),
+            &key.replace("12/", "+12/"),
+            &key.replace("fe", "FE"),
         ] {
             assert_eq!(Identity::from_key(bad), None, "{bad}");
         }

@@ -1,6 +1,6 @@
 use serde_json::{Value, json};
 
-use super::Run;
+use super::{Run, total};
 use crate::command::{report, sim::prefetch};
 
 impl Run<'_> {
@@ -52,15 +52,15 @@ impl Run<'_> {
             },
             "skipped": report::skipped_json(self.scene, &counts.shade),
             "messages": {
-                "count": sent.iter().map(|(_, kind)| kind.count).sum::<u64>(),
-                "bytes": sent.iter().map(|(_, kind)| kind.bytes).sum::<u64>(),
+                "count": total(sent.iter().map(|(_, kind)| kind.count)),
+                "bytes": total(sent.iter().map(|(_, kind)| kind.bytes)),
                 "by_kind": kinds,
             },
             "links": {
-                "packets": nodes.iter().map(|n| n.time.packets_sent).sum::<u64>(),
-                "bytes": nodes.iter().map(|n| n.time.bytes_sent).sum::<u64>(),
-                "dropped": nodes.iter().map(|n| n.time.dropped).sum::<u64>(),
-                "foreign": nodes.iter().map(|n| n.foreign).sum::<u64>(),
+                "packets": total(nodes.iter().map(|n| n.time.packets_sent)),
+                "bytes": total(nodes.iter().map(|n| n.time.bytes_sent)),
+                "dropped": total(nodes.iter().map(|n| n.time.dropped)),
+                "foreign": total(nodes.iter().map(|n| n.foreign)),
             },
             "blocks": {
                 "count": header.blocks,

@@ -172,8 +172,8 @@ impl Run<'_> {
         let sent = counts.sent.named();
         line(format_args!(
             "messages   {}, {}; {} blocks fetched, {} rays migrated",
-            count(sent.iter().map(|(_, kind)| kind.count).sum()),
-            bytes(sent.iter().map(|(_, kind)| kind.bytes).sum()),
+            count(total(sent.iter().map(|(_, kind)| kind.count))),
+            bytes(total(sent.iter().map(|(_, kind)| kind.bytes))),
             count(counts.cache.fetched),
             count(counts.migrated),
         ))?;
@@ -216,6 +216,12 @@ impl Run<'_> {
 
     /// Requests made again.
     fn retries(&self) -> u64 {
-        self.counts.rays_again + self.counts.fetches_again + self.counts.tiles_again
+        let counts = &self.counts;
+        total([counts.rays_again, counts.fetches_again, counts.tiles_again].into_iter())
     }
+}
+
+/// The sum of what nodes say, which may be anything.
+fn total(counts: impl Iterator<Item = u64>) -> u64 {
+    counts.fold(0, u64::saturating_add)
 }
