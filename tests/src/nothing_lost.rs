@@ -161,7 +161,6 @@ fn drawn(random: &mut Rng, file: &KiloFile) -> Options {
         bandwidth: one_of(random, &[1_000_000, 1_000_000_000]),
         latency: one_of(random, &[100, 1_000, 50_000]),
         switching: one_of(random, &[Switching::StoreAndForward, Switching::CutThrough]),
-        ..Link::default()
     };
     options.faults = faults(random, nodes);
     options.mesh.replicas = match options.faults.crashes.len() {
