@@ -15,7 +15,9 @@ use std::path::PathBuf;
 pub(crate) use axis::{Axis, point, scale};
 use clap::{Args, Parser, Subcommand, ValueEnum, ValueHint};
 pub(crate) use division::Division;
-pub(crate) use mesh::{Mesh, Placement, Prefetch, Profile, Schedule, Switching, TaskOrder, Top};
+#[cfg(feature = "host")]
+pub(crate) use mesh::Top;
+pub(crate) use mesh::{Mesh, Placement, Prefetch, Profile, Schedule, Switching, TaskOrder};
 pub(crate) use options::{Bounds, Common, Exposure, ViewChoice};
 pub(crate) use parse::{command, parse};
 use serde::Serialize;

@@ -73,12 +73,35 @@ pub(super) const PAYLOAD_MAX: usize = 16 << 10;
 const MESSAGES_PART: [usize; 2] = [8, 5];
 /// Packets of the node's own a 32nd, beyond two.
 const OWN_PART: usize = 32;
-/// Of the rest frames get at least three quarters, or as many as there are blocks.
-const FRAMES_PART: [usize; 2] = [3, 4];
-/// How often the rays under way may be doubled: more of them want more blocks at a time than they hide latency.
-const STEPS: u32 = 5;
-/// Shadow rays for each ray: many at a time go to the same light through the same blocks.
-const SHADOWS: usize = 16;
+
+/// How much is under way at a time.
+struct Step {
+    /// Of what the links' buffers leave, frames get at least so many [`TWELFTHS`], or as many as there are blocks.
+    frames: usize,
+    rays: usize,
+    /// Shadow rays that wait: many at a time go to the same light through the same blocks.
+    shadows: usize,
+    /// Packets of the node's own: what a step makes leaves while the next is taken.
+    own: u16,
+    bundles: usize,
+    tiles: usize,
+}
+
+/// What a node may have under way beyond the least, in the order in which memory is spent on it: rays first, as one that waits
+/// for a block leaves a node idle, then shadow rays. More rays yet want more blocks at a time than they hide latency.
+const STEPS: [Step; 8] = [
+    Step { frames: 8, rays: 4, shadows: 8, own: 2, bundles: 2, tiles: 1 },
+    Step { frames: 8, rays: 8, shadows: 32, own: 4, bundles: 3, tiles: 1 },
+    Step { frames: 8, rays: 8, shadows: 64, own: 4, bundles: 3, tiles: 1 },
+    Step { frames: 9, rays: 8, shadows: 128, own: 4, bundles: 3, tiles: 1 },
+    Step { frames: 9, rays: 16, shadows: 256, own: 8, bundles: 4, tiles: 2 },
+    Step { frames: 9, rays: 32, shadows: 512, own: 16, bundles: 5, tiles: 3 },
+    Step { frames: 9, rays: 64, shadows: 1024, own: 16, bundles: 6, tiles: 3 },
+    Step { frames: 9, rays: 128, shadows: 2048, own: 16, bundles: 7, tiles: 3 },
+];
+const TWELFTHS: usize = 12;
+/// One ray at a time.
+const LEAST: Step = Step { frames: 0, rays: 1, shadows: 1, own: 1, bundles: 2, tiles: 1 };
 /// Blocks on their way take an eighth of the frames at most, or they would push out those in use; and no more than hide the latency of links.
 const FETCHES_PART: usize = 8;
 const FETCHES_MAX: usize = 8;
@@ -91,15 +114,15 @@ impl NodePlan {
     /// # Errors
     /// [`BudgetError`] if even single rays do not fit: then what each line needs at least.
     pub fn new(memory: usize, needs: &NodeNeeds) -> Result<Self, BudgetError> {
-        let least = Self::of(0, memory, needs);
+        let least = Self::of(&LEAST, memory, needs);
         least.budget(memory)?;
         let mut best = least;
-        for step in 1..=STEPS {
+        for step in &STEPS {
             let plan = Self::of(step, memory, needs);
             let all = plan.with_frames(needs.remote).frame_bytes();
             let rest = memory.saturating_sub(plan.bytes());
-            let wanted = memory.saturating_sub(plan.router.bytes()) / FRAMES_PART[1];
-            if plan.bytes() > memory || rest < wanted.saturating_mul(FRAMES_PART[0]).min(all) {
+            let wanted = memory.saturating_sub(plan.router.bytes()) / TWELFTHS;
+            if plan.bytes() > memory || rest < wanted.saturating_mul(step.frames).min(all) {
                 break;
             }
             best = plan;
@@ -114,7 +137,7 @@ impl NodePlan {
     /// The least lengths with which everything works.
     #[must_use]
     pub fn least(needs: &NodeNeeds) -> Self {
-        Self::of(0, 0, needs)
+        Self::of(&LEAST, 0, needs)
     }
 
     /// The payload of packets for a memory, where none is asked for: a 256th of it.
@@ -134,11 +157,11 @@ impl NodePlan {
         piece.next_multiple_of(64).clamp(PAYLOAD_MIN, PAYLOAD_MAX)
     }
 
-    fn of(step: u32, memory: usize, needs: &NodeNeeds) -> Self {
+    fn of(step: &Step, memory: usize, needs: &NodeNeeds) -> Self {
         let shadows_migrate = needs.schedule.migrates(RayKind::Shadow);
         let visited = needs.schedule.expects_visits(needs.mesh.nodes(), needs.splits);
         let least = needs.schedule.reserve(needs.splits).saturating_add(1);
-        let rays = if step == 0 { least } else { (4_usize << step).max(least) };
+        let rays = step.rays.max(least);
         let payload = match needs.packet {
             0 => Self::packet(memory, needs.block_bytes),
             bytes => bytes.clamp(Self::packet_min(needs.block_bytes), PAYLOAD_MAX),
@@ -160,24 +183,15 @@ impl NodePlan {
         let own = (memory / OWN_PART).checked_div(payload).unwrap_or(0).clamp(2, 255) as u16;
         let remote = usize::from(needs.remote > 0);
         Self {
-            // What a step makes leaves while the next is taken.
-            router: router.with_own(if step == 0 { 1 } else { own.min(2 << step.min(3)) }),
-            bundles: if step == 0 { 2 } else { 2_usize.saturating_add(step as usize) },
+            router: router.with_own(own.min(step.own)),
+            bundles: step.bundles,
             rays,
-            shadows: match (shadows_migrate, step) {
-                (true, _) => 0,
-                (false, 0) => 1,
-                (false, _) => rays.saturating_mul(SHADOWS),
-            },
-            tiles: match step {
-                0 | 1 => 1,
-                2 => 2,
-                _ => 3,
-            },
+            shadows: if shadows_migrate { 0 } else { step.shadows },
+            tiles: step.tiles,
             visits: if visited { (rays / 2).max(1) } else { 0 },
             side: needs.side.max(1),
-            fetches: if step == 0 { remote } else { remote.saturating_mul(rays.min(FETCHES_MAX)) },
-            serves: if step == 0 { 1 } else { 4_usize << step },
+            fetches: remote.saturating_mul(step.rays.min(FETCHES_MAX)),
+            serves: step.rays,
             frames: remote,
             block_bytes: needs.block_bytes,
             owned: needs.owned,

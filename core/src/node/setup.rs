@@ -203,9 +203,7 @@ impl Setup {
         let plan = self.plan(share, bytes)?;
         let budget = plan.budget(bytes).map_err(SetupError::Memory)?;
         let file = share.file();
-        let tables =
-            Tables { materials: file.materials(), lights: file.lights(), needs: *file.needs() };
-        let shader = Shader::new(tables, self.shading());
+        let shader = Shader::new(Tables::of(file), self.shading());
         let tiling = Tiling::new(self.width, self.height, u32::from(self.side));
         let world = Picture::new(tracer, shader, self.camera, tiling, file.limits());
         let mesh = self.mesh().ok_or(SetupError::Setup)?;

@@ -258,9 +258,7 @@ fn parts(board: &args::Board, scene: &Scene, placement: &Placement) -> Outcome<V
 
 fn ledger(scene: &Scene, options: &Options, setup: &Setup, mesh: &Mesh) -> Outcome<Ledger> {
     let file = scene.file.view();
-    let tables =
-        Tables { materials: file.materials(), lights: file.lights(), needs: *file.needs() };
-    let unit = Shader::new(tables, options.settings).unit();
+    let unit = Shader::new(Tables::of(&file), options.settings).unit();
     let (width, height, side) = (options.width, options.height, u32::from(setup.side));
     let ledger = Ledger::new(width, height, side, setup.seed, unit, setup.samples);
     ledger.map(|ledger| ledger.with_askers(u32::from(mesh.nodes()))).map_err(engine::refused)
