@@ -17,13 +17,22 @@ pub struct LinkCounts {
     pub received_bytes: u64,
     /// Frames that were damaged, or longer than any packet: dropped.
     pub damaged: u32,
+    /// A version of the [`Setup`](kiloray_core::node::Setup) that is not ours, which the far end has asked for.
+    pub other_version: Option<u32>,
     /// The reader or the writer has failed, or come to its end: nothing comes any more.
     pub broken: bool,
 }
 
 impl LinkCounts {
-    const NONE: Self =
-        Self { sent: 0, sent_bytes: 0, received: 0, received_bytes: 0, damaged: 0, broken: false };
+    const NONE: Self = Self {
+        sent: 0,
+        sent_bytes: 0,
+        received: 0,
+        received_bytes: 0,
+        damaged: 0,
+        other_version: None,
+        broken: false,
+    };
 }
 
 impl Tally {

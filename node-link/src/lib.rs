@@ -6,7 +6,8 @@
 //! * [`Receiver`] and [`Sender`]: the two halves of a link, as [`core::node::run`](kiloray_core::node::run) wants them. Damaged frames are counted and
 //!   dropped; the packets above heal by themselves.
 //! * [`Link`] and [`ask`]: a node that has been switched on asks its neighbours for the [`Setup`](kiloray_core::node::Setup) of the run until one
-//!   has it; whoever runs answers. So a setup spreads from the host over the mesh, whatever is lost and whoever comes late.
+//!   has it; whoever runs answers. So a setup spreads from the host over the mesh, whatever is lost and whoever comes late. Ends of different versions
+//!   both find out.
 #![cfg_attr(not(test), no_std)]
 #![forbid(unsafe_code)]
 #![cfg_attr(
@@ -23,4 +24,4 @@ mod tests;
 
 pub use counts::{LinkCounts, Tally};
 pub use serial::{Receiver, Sender};
-pub use start::{Link, ask};
+pub use start::{Link, NoSetup, ask};

@@ -30,6 +30,11 @@ impl<'t, R: Read> Receiver<'t, R> {
         Self { reader, decoder, chunk: [0; CHUNK], at: 0, end: 0, tally }
     }
 
+    /// Where it counts.
+    pub(crate) const fn tally(&self) -> &'t Tally {
+        self.tally
+    }
+
     async fn byte(&mut self) -> u8 {
         loop {
             if let Some(&byte) = self.chunk.get(self.at..self.end).and_then(<[u8]>::first) {

@@ -1,3 +1,5 @@
+use core::fmt;
+
 use embassy_futures::select::{Either, select, select_array};
 use embassy_sync::blocking_mutex::raw::NoopRawMutex;
 use embassy_sync::mutex::Mutex;
@@ -7,12 +9,23 @@ use kiloray_core::node::{Clock, Joint, Receive, Setup, Time, Transmit};
 
 use crate::{Receiver, Sender, Tally};
 
-/// The first byte of a frame that asks for the setup: none of a packet.
+/// The first byte of a frame that asks for the setup: none of a packet. Behind it is the version that is asked for; version 1 had none.
 const ASK: u8 = PacketHeader::CONTROL + 1;
-/// The first byte of a frame that holds it.
+/// The first byte of a frame that holds it, or only its version where another was asked for.
 const SETUP: u8 = ASK + 1;
 /// A frame with a setup.
 const SETUP_BYTES: usize = 1 + Setup::BYTES;
+/// What both ends understand, whatever their versions.
+const VERSION_BYTES: usize = size_of::<u32>();
+
+/// Why a node that has asked has no setup.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum NoSetup {
+    /// Those that run use another version of it.
+    Version(u32),
+    /// It has a number that cannot be.
+    Unsound,
+}
 
 /// A serial link: both halves, and room for a packet in each direction.
 ///
@@ -47,11 +60,14 @@ impl<'t, R: Read, W: Write, B: AsMut<[u8]>> Link<'t, R, W, B> {
 }
 
 /// Asks over all links, at intervals of `every`, until one brings a setup. All other packets are dropped.
+///
+/// # Errors
+/// [`NoSetup`]: to ask again is of no use.
 pub async fn ask<R: Read, W: Write, B: AsMut<[u8]>, const N: usize>(
     links: [&mut Link<'_, R, W, B>; N],
     clock: &impl Clock,
     every: Time,
-) -> Setup {
+) -> Result<Setup, NoSetup> {
     let mut senders = [const { None }; N];
     let mut next = senders.iter_mut();
     let answers = select_array(links.map(|link| {
@@ -61,10 +77,11 @@ pub async fn ask<R: Read, W: Write, B: AsMut<[u8]>, const N: usize>(
         }
         answer(receiver, incoming.as_mut())
     }));
+    let question = with_version(ASK);
     let questions = async {
         loop {
             for mut link in senders.iter().copied().flatten() {
-                link.transmit(&[ASK]).await;
+                link.transmit(&question).await;
             }
             clock.wait(clock.now().after(every)).await;
         }
@@ -76,13 +93,16 @@ pub async fn ask<R: Read, W: Write, B: AsMut<[u8]>, const N: usize>(
 }
 
 /// Waits for a setup.
-async fn answer(link: &mut impl Receive, room: &mut [u8]) -> Setup {
+async fn answer(link: &mut impl Receive, room: &mut [u8]) -> Result<Setup, NoSetup> {
     loop {
         let len = link.receive(room).await;
         if let Some((&SETUP, setup)) = room.get(..len).and_then(<[u8]>::split_first)
-            && let Some(setup) = Setup::parse(setup)
+            && let Some(version) = version(setup)
         {
-            return setup;
+            return match version {
+                Setup::VERSION => Setup::parse(setup).ok_or(NoSetup::Unsound),
+                other => Err(NoSetup::Version(other)),
+            };
         }
     }
 }
@@ -98,23 +118,28 @@ impl<T: Transmit> Transmit for &Shared<T> {
 }
 
 /// The receiving half of a link of somebody who has the setup, and gives it to whoever asks.
-struct Answering<'s, R, T> {
-    receiver: &'s mut R,
+struct Answering<'s, 't, R, T> {
+    receiver: &'s mut Receiver<'t, R>,
     sender: &'s Shared<T>,
     setup: &'s Setup,
 }
 
-impl<R: Receive, T: Transmit> Receive for Answering<'_, R, T> {
+impl<R: Read, T: Transmit> Receive for Answering<'_, '_, R, T> {
     async fn receive(&mut self, into: &mut [u8]) -> usize {
         loop {
             let len = self.receiver.receive(into).await;
-            match into.first() {
-                Some(&ASK) if len == 1 => {
-                    let mut sender = self.sender;
-                    sender.transmit(&frame(self.setup)).await;
-                }
+            let mut sender = self.sender;
+            match into.get(..len).and_then(<[u8]>::split_first) {
+                Some((&ASK, asked)) => match version(asked).unwrap_or(1) {
+                    Setup::VERSION => sender.transmit(&frame(self.setup)).await,
+                    other => {
+                        let tally = self.receiver.tally();
+                        tally.update(|counts| counts.other_version = Some(other));
+                        sender.transmit(&with_version(SETUP)).await;
+                    }
+                },
                 // It is known already.
-                Some(&SETUP) if len == SETUP_BYTES => {}
+                Some((&SETUP, _)) => {}
                 _ => return len,
             }
         }
@@ -128,3 +153,28 @@ fn frame(setup: &Setup) -> [u8; SETUP_BYTES] {
     }
     frame
 }
+
+/// A frame of a first byte and our version.
+fn with_version(first: u8) -> [u8; 1 + VERSION_BYTES] {
+    let [a, b, c, d] = Setup::VERSION.to_le_bytes();
+    [first, a, b, c, d]
+}
+
+/// The version behind the first byte: a setup begins with it.
+fn version(bytes: &[u8]) -> Option<u32> {
+    bytes.first_chunk().map(|version| u32::from_le_bytes(*version))
+}
+
+impl fmt::Display for NoSetup {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Version(other) => {
+                let own = Setup::VERSION;
+                write!(f, "the mesh has version {other} of it, and this node version {own}")
+            }
+            Self::Unsound => f.write_str("it is of a mesh that cannot be"),
+        }
+    }
+}
+
+impl core::error::Error for NoSetup {}

@@ -79,8 +79,8 @@ const TREE: u8 = 2;
 const FULL: u8 = 3;
 
 impl Setup {
-    /// The version of this layout.
-    pub const VERSION: u32 = 1;
+    /// The version of this layout: whatever changes it raises it. (1 had a view in place of the camera.)
+    pub const VERSION: u32 = 2;
     /// Its length.
     pub const BYTES: usize = size_of::<Self>();
 

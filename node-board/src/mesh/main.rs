@@ -61,7 +61,10 @@ async fn node() {
     let mut links = array::from_fn::<_, { uart::COUNT }, _>(|k| {
         Link::new(uarts[k], uarts[k], [[0; ROOM_BYTES]; 3], &tallies[k])
     });
-    let setup = ask(links.each_mut(), &Ticks, ASK_EVERY).await;
+    let setup = match ask(links.each_mut(), &Ticks, ASK_EVERY).await {
+        Ok(setup) => setup,
+        Err(error) => fail("setup", &error),
+    };
     if usize::from(setup.payload) > PAYLOAD_BYTES {
         fail("setup", &format_args!("packets of {} bytes: {} fit", setup.payload, PAYLOAD_BYTES));
     }

@@ -98,6 +98,9 @@ fn with_links<const N: usize>(
                 return Poll::Ready(Ok(end));
             }
             while pin!(&mut tick).poll(cx).is_ready() {
+                if let Some(version) = tallies.iter().find_map(|tally| tally.get().other_version) {
+                    return Poll::Ready(Err(other_version(version)));
+                }
                 match look(pixels) {
                     Ok(true) => {}
                     Ok(false) => return Poll::Ready(Ok(End::Stopped)),
@@ -109,6 +112,14 @@ fn with_links<const N: usize>(
     };
     let links = tallies.iter().map(Tally::get).collect();
     Ok(Done { ledger: host.ledger, end, links })
+}
+
+/// A node that is older or newer than this command.
+fn other_version(version: u32) -> Failure {
+    Failure::new(format_args!(
+        "a board's firmware wants version {version} of the run's setup, and this command has version {}: build the firmware from the same sources ('bash node-board/firmware MACHINE')",
+        Setup::VERSION
+    ))
 }
 
 struct Host<'m, 's> {

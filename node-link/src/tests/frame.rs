@@ -1,3 +1,5 @@
+//! A packet as bytes of a line.
+
 use std::vec::Vec;
 
 use proptest::prelude::*;
