@@ -5,17 +5,31 @@ use kiloray_host::{Config, Frame, Identity, Job, NodeReport, Place};
 
 use crate::mesh::{SCENE, feed_packet, packets};
 
-/// Packets as they come over a link of processes.
+/// Messages as they come over a link of processes: of one packet each, and of all.
 pub(crate) fn wires() -> Vec<Vec<u8>> {
-    let before = |packet: &Vec<u8>| [&Frame { from: 1, to: 2 }.bytes(), &packet[..]].concat();
-    packets().iter().map(before).collect()
+    let message = |packets: &[Vec<u8>]| {
+        let mut message = Vec::from(Frame { from: 1, to: 2 }.bytes());
+        packets.iter().for_each(|packet| Frame::add(&mut message, packet));
+        message
+    };
+    let packets = packets();
+    packets.chunks(1).chain([&packets[..]]).map(message).collect()
 }
 
-/// A link brings any bytes: what is behind the frame comes to a router.
+/// A link brings any bytes: of what is behind the frame the first packet comes to a router.
 pub(crate) fn feed_wire(input: &[u8]) -> String {
-    let Some((frame, packet)) = Frame::split(input) else { return "short".into() };
-    assert_eq!([&frame.bytes(), packet].concat(), input);
-    feed_packet(packet)
+    let Some((frame, packets)) = Frame::split(input) else { return "short".into() };
+    let mut again = Vec::from(frame.bytes());
+    let (mut rest, mut first) = (packets, None);
+    while let Some((packet, others)) = Frame::next(rest) {
+        Frame::add(&mut again, packet);
+        first.get_or_insert(packet);
+        rest = others;
+    }
+    again.extend_from_slice(rest);
+    assert_eq!(again, input);
+    assert_eq!(Frame::is_whole(packets, usize::MAX), rest.is_empty());
+    first.map_or_else(|| "none".into(), feed_packet)
 }
 
 fn config() -> Config {

@@ -123,6 +123,8 @@ impl Transport for Wire {
         }
     }
 
+    fn flush(&mut self) {}
+
     fn wait(&mut self, most: Duration) {
         if self.news.is_empty()
             && let Ok(sent) = self.receiver.recv_timeout(most)

@@ -10,7 +10,7 @@ use kiloray_render::{Ledger, LedgerCounts, Picture};
 
 use crate::drive::Drive;
 use crate::supervisor::{Replacement, Supervisor};
-use crate::{Config, Error, Identity, Job, Network, NodeReport, Place, drive};
+use crate::{Config, Error, Identity, Job, Network, NodeReport, Place, Spent, drive};
 
 /// How the caller follows a run, and stops it.
 #[derive(Clone, Copy)]
@@ -59,6 +59,8 @@ pub struct Outcome {
     pub replacements: Vec<Replacement>,
     /// What the ledger heard and did.
     pub ledger: LedgerCounts,
+    /// Where the time of the host's own process went.
+    pub host: Spent,
     /// From the beginning until all nodes were there.
     pub start: Duration,
     /// From then until the last pixel.
@@ -142,7 +144,7 @@ pub fn run_host(
 
     let mut failure = None;
     let drive_settings = Drive::new(begin, &job, Place::HOST);
-    let _ = drive(&mut host, &mut network, &drive_settings, |host, network| {
+    let host_time = drive(&mut host, &mut network, &drive_settings, |host, network| {
         let ledger = &host.ledger;
         if ledger.is_complete() || ledger.lost().is_some() {
             return true;
@@ -171,6 +173,7 @@ pub fn run_host(
         nodes,
         replacements,
         ledger: ledger.counts(),
+        host: host_time,
         start,
         render,
     })

@@ -33,6 +33,8 @@ pub struct Network {
     name: String,
     place: Place,
     inbox: Receiver<Item>,
+    /// The message that packets are taken from: by which port it came, and where the next one begins.
+    open: Option<(Port, Vec<u8>, usize)>,
     /// What was found there by whoever waited for something else.
     waiting: VecDeque<Item>,
     links: Vec<Option<Link>>,
@@ -49,6 +51,8 @@ pub struct Network {
 #[derive(Debug)]
 struct Link {
     publisher: Publisher<'static>,
+    /// Packets that leave together, behind their frame; empty if there is none.
+    message: Vec<u8>,
 }
 
 /// What the engine's threads and the one that drives know.
@@ -70,15 +74,18 @@ const THERE: u64 = 1 << 32;
 
 #[derive(Debug)]
 enum Item {
-    Packet(Port, Vec<u8>),
+    /// A message that came over a link: whole packets behind their frame.
+    Packets(Port, Vec<u8>),
     Change(Identity, bool),
     Event(Event),
     Over,
     Report,
 }
 
-/// Packets that can wait for this process. Credit allows some tens; beyond are those of somebody who does not keep to it.
+/// Messages that can wait for this process. Credit allows some tens; beyond are those of somebody who does not keep to it.
 const ROOM: usize = 4096;
+/// Longest message of packets, if a packet is not longer: it is one batch of the engine, which sends it in one piece.
+const MESSAGE_BYTES: usize = 60 << 10;
 
 impl Network {
     /// Takes a place in the network of a job.
@@ -118,7 +125,7 @@ impl Network {
                 .wait()
                 .map_err(failed)?;
             if let Some(link) = links.get_mut(usize::from(port.0)) {
-                *link = Some(Link { publisher });
+                *link = Some(Link { publisher, message: Vec::new() });
             }
         }
         let topic = if place == Place::HOST { "report/*" } else { "over" };
@@ -157,6 +164,7 @@ impl Network {
             name: config.name.clone(),
             place,
             inbox,
+            open: None,
             waiting: VecDeque::new(),
             links,
             shared,
@@ -251,7 +259,7 @@ impl Network {
             }
             Item::Over => self.is_over = true,
             Item::Report => {}
-            Item::Packet(..) | Item::Event(_) => return Some(item),
+            Item::Packets(..) | Item::Event(_) => return Some(item),
         }
         None
     }
@@ -260,16 +268,24 @@ impl Network {
 impl Transport for Network {
     fn next(&mut self, packet: &mut [u8]) -> Option<Event> {
         loop {
+            if let Some((port, message, at)) = &mut self.open {
+                let rest = message.get(*at..).and_then(Frame::next);
+                if let Some((body, rest)) = rest {
+                    *at = message.len() - rest.len();
+                    // Its length was looked at when it came.
+                    if let Some(packet) = packet.get_mut(..body.len()) {
+                        packet.copy_from_slice(body);
+                        return Some(Event::Packet { port: *port, len: body.len() });
+                    }
+                    continue;
+                }
+                self.open = None;
+            }
             let item = self.waiting.pop_front().or_else(|| self.inbox.try_recv().ok())?;
             match self.sort(item) {
                 Some(Item::Event(event)) => return Some(event),
-                Some(Item::Packet(port, bytes)) => {
-                    // Its length was looked at when it came.
-                    let body = bytes.get(Frame::BYTES..).unwrap_or_default();
-                    if let Some(packet) = packet.get_mut(..body.len()) {
-                        packet.copy_from_slice(body);
-                        return Some(Event::Packet { port, len: body.len() });
-                    }
+                Some(Item::Packets(port, message)) => {
+                    self.open = Some((port, message, Frame::BYTES));
                 }
                 _ => {}
             }
@@ -279,7 +295,7 @@ impl Transport for Network {
     fn send(&mut self, port: Port, packet: &[u8]) {
         let at = usize::from(port.0);
         let (Some(Some(link)), Some(neighbour)) =
-            (self.links.get(at), self.shared.neighbours.get(at))
+            (self.links.get_mut(at), self.shared.neighbours.get(at))
         else {
             return;
         };
@@ -287,17 +303,32 @@ impl Transport for Network {
         if neighbour & THERE == 0 {
             return;
         }
-        let frame = Frame { from: self.shared.own.incarnation, to: neighbour as u32 };
-        let mut bytes = Vec::with_capacity(Frame::BYTES + packet.len());
-        bytes.extend_from_slice(&frame.bytes());
-        bytes.extend_from_slice(packet);
-        // What cannot be sent is a packet lost.
-        let _ = link.publisher.put(bytes).wait();
+        let frame = Frame { from: self.shared.own.incarnation, to: neighbour as u32 }.bytes();
+        // Whoever is there now may have come since the packets before.
+        let is_full = link.message.len() + packet.len() > MESSAGE_BYTES;
+        if is_full || !link.message.starts_with(&frame) {
+            link.flush();
+            link.message.extend_from_slice(&frame);
+        }
+        Frame::add(&mut link.message, packet);
+    }
+
+    fn flush(&mut self) {
+        self.links.iter_mut().flatten().for_each(Link::flush);
     }
 
     fn wait(&mut self, most: Duration) {
         if self.waiting.is_empty() {
             self.waiting.extend(self.inbox.recv_timeout(most).ok());
+        }
+    }
+}
+
+impl Link {
+    fn flush(&mut self) {
+        if !self.message.is_empty() {
+            // What cannot be sent is lost.
+            let _ = self.publisher.put(std::mem::take(&mut self.message)).wait();
         }
     }
 }
@@ -337,14 +368,16 @@ impl Shared {
     fn packet(&self, sender: &SyncSender<Item>, port: Port, most: usize, sample: &Sample) {
         let payload = sample.payload();
         let known = self.neighbours.get(usize::from(port.0)).map(|n| n.load(Ordering::Acquire));
-        let bytes = (payload.len() <= Frame::BYTES + most).then(|| payload.to_bytes());
-        let frame = bytes.as_deref().and_then(Frame::split).map(|(frame, _)| frame);
-        let is_ours = frame.is_some_and(|frame| {
-            frame.to == self.own.incarnation && known == Some(THERE | u64::from(frame.from))
+        let longest = Frame::BYTES + MESSAGE_BYTES.max(most) + size_of::<u16>();
+        let bytes = (payload.len() <= longest).then(|| payload.to_bytes());
+        let is_ours = bytes.as_deref().and_then(Frame::split).is_some_and(|(frame, packets)| {
+            frame.to == self.own.incarnation
+                && known == Some(THERE | u64::from(frame.from))
+                && Frame::is_whole(packets, most)
         });
         self.count(is_ours);
         if let Some(bytes) = bytes.filter(|_| is_ours)
-            && sender.try_send(Item::Packet(port, bytes.into_owned())).is_err()
+            && sender.try_send(Item::Packets(port, bytes.into_owned())).is_err()
         {
             self.overflows.fetch_add(1, Ordering::Relaxed);
         }

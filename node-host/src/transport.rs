@@ -36,8 +36,11 @@ pub trait Transport {
     /// What has come, the oldest first. A packet is written to `packet`, which holds the greatest; a longer one is lost.
     fn next(&mut self, packet: &mut [u8]) -> Option<Event>;
 
-    /// Sends a packet by a port. Where nobody is there it is lost.
+    /// Sends a packet by a port, with the next [`flush`](Self::flush) at the latest. Where nobody is there it is lost.
     fn send(&mut self, port: Port, packet: &[u8]);
+
+    /// Sends what waits for others that go the same way.
+    fn flush(&mut self);
 
     /// Waits until something comes, or so long.
     fn wait(&mut self, most: Duration);

@@ -8,6 +8,10 @@ use crate::{Config, Error, Job, NodeReport, Place, TlsConfig, security};
 /// After so long without a sign of life a process counts as gone; one that ends is missed at once \[ms\].
 const LEASE_MS: u32 = 2000;
 
+/// How long a message waits for room in the engine's queue before it is lost: credit bounds what is under way to less than the queue holds,
+/// unless the far end is frozen \[µs\].
+const DROP_US: u32 = 20_000;
+
 /// Opens the session of a place: it listens where the configuration says, and knows nobody but those it names.
 pub(super) fn open(config: &Config, job: &Job, place: Place) -> Result<Session, Error> {
     security::check(config)?;
@@ -28,7 +32,15 @@ pub(super) fn open(config: &Config, job: &Job, place: Place) -> Result<Session, 
         "transport": {
             "unicast": { "accept_pending": 1000, "max_sessions": 1000 },
             "link": {
-                "tx": { "lease": LEASE_MS, "keep_alive": 4 },
+                "tx": {
+                    "lease": LEASE_MS,
+                    "keep_alive": 4,
+                    // By default the third message is dropped after 1 ms, which on busy processors is soon over.
+                    "queue": {
+                        "size": { "data_high": 16 },
+                        "congestion_control": { "drop": { "wait_before_drop": DROP_US } },
+                    },
+                },
                 // Nothing that is longer than a report is put together.
                 "rx": { "max_message_size": 2 * NodeReport::BYTES_MAX },
                 "tls": config.tls.as_ref().map_or_else(|| json!({}), tls),

@@ -9,10 +9,24 @@ proptest! {
     fn any_bytes_are_a_frame_or_too_short(bytes: Vec<u8>) {
         let split = Frame::split(&bytes);
         prop_assert_eq!(split.is_some(), bytes.len() >= Frame::BYTES);
-        if let Some((frame, packet)) = split {
-            let again: Vec<u8> = frame.bytes().into_iter().chain(packet.iter().copied()).collect();
+        if let Some((frame, packets)) = split {
+            let again: Vec<u8> = frame.bytes().into_iter().chain(packets.iter().copied()).collect();
             prop_assert_eq!(again, bytes);
         }
+    }
+
+    #[test]
+    fn any_bytes_are_packets_or_not(bytes: Vec<u8>, most in 0_usize..300) {
+        let mut again = Vec::new();
+        let (mut rest, mut longest) = (&bytes[..], 0);
+        while let Some((packet, others)) = Frame::next(rest) {
+            Frame::add(&mut again, packet);
+            longest = longest.max(packet.len());
+            rest = others;
+        }
+        again.extend_from_slice(rest);
+        prop_assert_eq!(&again, &bytes);
+        prop_assert_eq!(Frame::is_whole(&bytes, most), rest.is_empty() && longest <= most);
     }
 
     #[test]

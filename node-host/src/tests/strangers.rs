@@ -100,7 +100,8 @@ fn what_a_stranger_says_costs_no_pixel() {
             session.close().wait().expect("it leaves");
         });
         let outcome = render(config, file, &|status| {
-            if status.nodes == 3 {
+            // They know each other by then: who comes first is believed.
+            if status.nodes == 3 && status.pixels > 0 {
                 let _ = begin.try_send(());
             }
         });

@@ -101,6 +101,7 @@ impl Run<'_> {
             "lost": {},
             "faults": { "replaced": outcome.replacements },
             "per_node": nodes,
+            "host": outcome.host,
             "notes": self.scene.notes,
         })
     }
