@@ -236,6 +236,10 @@ pub(super) fn nodes(text: &str) -> Result<u32, String> {
     whole(text, 1, NODES_MAX)
 }
 
+pub(super) fn processes(text: &str) -> Result<u32, String> {
+    whole(text, 0, NODES_MAX)
+}
+
 pub(super) fn node(text: &str) -> Result<u16, String> {
     whole(text, 0, NODES_MAX - 1).map(|node| node as u16)
 }

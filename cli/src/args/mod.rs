@@ -22,6 +22,7 @@ pub(crate) use options::{Bounds, Common, Exposure, ViewChoice};
 pub(crate) use parse::{command, parse};
 use serde::Serialize;
 pub(crate) use units::Part;
+use units::parse_part;
 
 /// Ray tracing in kilobytes.
 #[derive(Debug, Parser)]
@@ -87,11 +88,14 @@ pub(crate) enum Command {
         args_override_self = true,
         mut_arg("width", |arg| arg.help(text::BOARD_WIDTH)),
         mut_arg("block", |arg| arg.help(text::BOARD_BLOCK)),
-        mut_arg("memory", |arg| arg.hide(true)),
+        mut_arg("memory", |arg| arg.help(text::BOARD_MEMORY)),
         mut_arg("threads", |arg| arg.hide(true)),
         mut_arg("report", |arg| arg.hide(true))
     )]
     Board(Box<Board>),
+    /// Be a node whose lines come over the standard input
+    #[command(hide = true)]
+    LineNode(LineNode),
     /// Compile a scene to a .kilo file of blocks, and print what it needs
     #[command(after_help = text::COMPILE, args_override_self = true)]
     Compile(Compile),
@@ -257,7 +261,10 @@ pub(crate) struct Board {
     /// Boards that QEMU emulates
     #[arg(long, value_name = "N", default_value_t = 4, value_parser = mesh::nodes, allow_hyphen_values = true, help_heading = "Boards")]
     pub(crate) qemu: u32,
-    /// What each of them is; of a list, in turn
+    /// Nodes that are processes of this machine, behind the boards: the same actor, and lines as the boards have them
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = mesh::processes, allow_hyphen_values = true, help_heading = "Boards")]
+    pub(crate) processes: u32,
+    /// What each board is; of a list, in turn
     #[arg(
         long,
         value_name = "M",
@@ -270,11 +277,28 @@ pub(crate) struct Board {
     /// How they are linked: ring, line, or what else leaves each three links at most, the host's included
     #[arg(long, value_name = "T", default_value = "ring", help_heading = "Boards")]
     pub(crate) topology: String,
+    /// Copies of each block in all; where routes go round it, the picture survives the death of K - 1 boards
+    #[arg(long, value_name = "K", default_value_t = 1, value_parser = mesh::replicas, allow_hyphen_values = true, help_heading = "Boards")]
+    pub(crate) block_replicas: u32,
+    /// Bytes of every line that are damaged or lost on their way: 1/1000, 0.001 or 0.1%
+    #[arg(long, value_name = "PART", value_parser = parse_part, allow_hyphen_values = true, help_heading = "Boards")]
+    pub(crate) noise: Option<Part>,
     /// The firmware, built before, for boards of one kind [default: it is built]
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath, help_heading = "Boards")]
     pub(crate) firmware: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) common: Common,
+}
+
+/// `kiloray line-node`: what `kiloray board` starts for each of its processes.
+#[derive(Debug, Args)]
+pub(crate) struct LineNode {
+    /// The node's share of the scene.
+    #[arg(long)]
+    pub(crate) share: PathBuf,
+    /// Memory of the node \[bytes\].
+    #[arg(long)]
+    pub(crate) memory: usize,
 }
 
 /// A board, by QEMU's name.

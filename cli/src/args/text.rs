@@ -59,6 +59,7 @@ Examples:
   kiloray board cornell --qemu 1 --width 64
   kiloray board glass --machine mps2-an386,mps2-an385 --width 32 --samples 4
   kiloray board glass --machine lm3s6965evb --topology line --json run.json
+  kiloray board glass --qemu 2 --processes 2       a ring of two boards and two processes
 
 Each board runs the firmware of 'node-board' with a quarter of the scene (of four boards) in its
 flash, and serial lines to its neighbours; this machine is at the lines of one or two of them, gives
@@ -68,6 +69,9 @@ the tiles and takes the pixels, which are those of 'kiloray render', to the bit.
 
 pub(super) const BOARD_WIDTH: &str = "\
 Width of the picture in pixels [default: 64, or by the height and the view]";
+
+pub(super) const BOARD_MEMORY: &str = "\
+Memory of each process of --processes; that of a board is as its firmware says [default: 64KiB]";
 
 pub(super) const BOARD_BLOCK: &str = "\
 Size of a block: 1KiB to 64KiB, a power of two [default: 1KiB]";

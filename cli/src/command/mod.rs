@@ -36,6 +36,7 @@ pub(crate) fn run(arguments: Arguments) -> Outcome {
         Some(Command::Node(node)) => node::run(&node),
         Some(Command::Sweep(sweep)) => sweep::run(&sweep),
         Some(Command::Board(board)) => board::run(&board),
+        Some(Command::LineNode(node)) => board::line_node(&node),
         Some(Command::Compile(compile)) => compile::run(&compile),
         Some(Command::Plan(plan)) => plan::run(&plan),
         Some(Command::Compare(compare)) => compare::run(&compare),

@@ -2,12 +2,11 @@
 
 use std::{
     fs,
-    process::{Child, Command, Stdio},
-    thread,
-    time::{Duration, Instant},
+    process::{Child, Stdio},
+    time::Instant,
 };
 
-use crate::support::{FIELDS, Folder, field, json};
+use crate::support::{FIELDS, Folder, field, is_gone, json, signal, until};
 
 /// Small, and quick.
 const SMALL: &str = "glass --width 32 --height 24 --samples 1 --seed 3";
@@ -111,26 +110,4 @@ pub(crate) fn nodes_of(host: &Child, count: usize) -> Vec<u32> {
         all.len() == count
     });
     all
-}
-
-fn is_gone(process: u32) -> bool {
-    // Nobody may have asked how it ended yet.
-    let state = fs::read_to_string(format!("/proc/{process}/stat")).unwrap_or_default();
-    state.is_empty() || state.contains(") Z ")
-}
-
-pub(crate) fn signal(name: &str, process: u32) {
-    let command = format!("kill {name} {process}");
-    let sent = Command::new("sh").args(["-c", &command]).status().expect("there is a shell");
-    assert!(sent.success(), "{command}");
-}
-
-/// Waits until something is so; for ever is too long.
-#[track_caller]
-fn until(mut is_so: impl FnMut() -> bool) {
-    let begin = Instant::now();
-    while !is_so() {
-        assert!(begin.elapsed() < Duration::from_secs(60), "it takes too long");
-        thread::yield_now();
-    }
 }

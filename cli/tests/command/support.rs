@@ -4,6 +4,8 @@ use std::{
     fs,
     path::{Path, PathBuf},
     process::{Command, Output},
+    thread,
+    time::{Duration, Instant},
 };
 
 use serde_json::Value;
@@ -128,5 +130,29 @@ impl Ran {
             assert!(message.contains(part), "{}: no '{part}' in: {message}", self.1);
         }
         self
+    }
+}
+
+/// Whether a process has ended.
+pub(crate) fn is_gone(process: u32) -> bool {
+    // Nobody may have asked how it ended yet.
+    let state = fs::read_to_string(format!("/proc/{process}/stat")).unwrap_or_default();
+    state.is_empty() || state.contains(") Z ")
+}
+
+/// Sends a signal.
+pub(crate) fn signal(name: &str, process: u32) {
+    let command = format!("kill {name} {process}");
+    let sent = Command::new("sh").args(["-c", &command]).status().expect("there is a shell");
+    assert!(sent.success(), "{command}");
+}
+
+/// Waits until something is so; for ever is too long.
+#[track_caller]
+pub(crate) fn until(mut is_so: impl FnMut() -> bool) {
+    let begin = Instant::now();
+    while !is_so() {
+        assert!(begin.elapsed() < Duration::from_secs(60), "it takes too long");
+        thread::yield_now();
     }
 }

@@ -2,23 +2,23 @@
 
 use std::{
     cell::Cell,
-    future::{Future, pending, poll_fn},
+    future::{Future, poll_fn},
     net::TcpStream,
     pin::pin,
     task::Poll,
-    time::{Duration, Instant},
+    time::Duration,
 };
 
-use async_io::{Async, Timer};
-use embedded_io_adapters::futures_03::FromFutures;
+use async_io::Timer;
 use kiloray_core::{
-    network::{HOST, Mesh, PacketHeader, Router, RouterSize},
-    node::{Actor, Clock, Next, Setup, Time, run},
+    network::{HOST, Mesh, Port, Router, RouterSize},
+    node::{Actor, Next, Setup, Time, run},
     store::{Arena, CHUNK_BYTES, Chunk},
 };
-use kiloray_link::{Link, LinkCounts, Tally, frame::frame_bytes};
+use kiloray_link::{LinkCounts, Tally};
 use kiloray_render::Ledger;
 
+use super::link::{Wall, links, open};
 use crate::failure::{Failure, Outcome};
 
 /// How often the rest of the world is looked at.
@@ -47,12 +47,12 @@ pub(super) fn host(
     mesh: Mesh,
     setup: &Setup,
     ledger: Ledger,
-    links: Vec<TcpStream>,
+    lines: Vec<TcpStream>,
     look: &mut dyn FnMut(u64) -> Outcome<bool>,
 ) -> Outcome<Done> {
-    match links.len() {
-        1 => with_links::<1>(mesh, setup, ledger, links, look),
-        _ => with_links::<2>(mesh, setup, ledger, links, look),
+    match lines.len() {
+        1 => with_links::<1>(mesh, setup, ledger, lines, look),
+        _ => with_links::<2>(mesh, setup, ledger, lines, look),
     }
 }
 
@@ -60,7 +60,7 @@ fn with_links<const N: usize>(
     mesh: Mesh,
     setup: &Setup,
     ledger: Ledger,
-    links: Vec<TcpStream>,
+    lines: Vec<TcpStream>,
     look: &mut dyn FnMut(u64) -> Outcome<bool>,
 ) -> Outcome<Done> {
     let size = RouterSize::new(&mesh, HOST, setup.depth, setup.payload);
@@ -70,22 +70,14 @@ fn with_links<const N: usize>(
     let state = Cell::new((0, None));
     let mut host = Host { router, ledger, state: &state };
 
-    let io = |error| Failure::new(format_args!("sockets: {error}"));
-    let links = links.into_iter().map(Async::new).collect::<Result<Vec<_>, _>>().map_err(io)?;
+    let lines = open::<N>(lines)?;
     let tallies = [const { Tally::new() }; N];
-    let room = frame_bytes(PacketHeader::BYTES + usize::from(setup.payload).max(Setup::BYTES));
-    let joined = links.iter().zip(&tallies).map(|(link, tally)| {
-        let rooms = [(); 3].map(|()| vec![0; room]);
-        Link::new(FromFutures::new(link), FromFutures::new(link), rooms, tally)
-    });
-    let joined: Result<[_; N], _> = joined.collect::<Vec<_>>().try_into();
-    let mut joined = joined.map_err(|_| Failure::new("the host has one or two links"))?;
+    let mut joined = links(&lines, &tallies);
     let mut ports = mesh.joined(HOST);
-    let joints = joined.each_mut().map(|link| {
-        link.joint(ports.next().unwrap_or(kiloray_core::network::Port(u16::MAX)), setup)
-    });
+    let joints =
+        joined.each_mut().map(|link| link.joint(ports.next().unwrap_or(Port(u16::MAX)), setup));
 
-    let clock = Wall(Instant::now());
+    let clock = Wall::new();
     let end = {
         let mut work = pin!(run(&mut host, joints, &clock, setup.reminder));
         let mut tick = Timer::interval(LOOK_EVERY);
@@ -140,20 +132,5 @@ impl<'m> Actor<'m> for Host<'m, '_> {
 
     fn router(&mut self) -> &mut Router<'m> {
         &mut self.router
-    }
-}
-
-struct Wall(Instant);
-
-impl Clock for Wall {
-    fn now(&self) -> Time {
-        Time(u64::try_from(self.0.elapsed().as_nanos()).unwrap_or(u64::MAX))
-    }
-
-    async fn wait(&self, until: Time) {
-        match self.0.checked_add(Duration::from_nanos(until.0)) {
-            Some(at) if until != Time::NEVER => drop(Timer::at(at).await),
-            _ => pending().await,
-        }
     }
 }

@@ -17,6 +17,9 @@ impl Run<'_> {
         common["nodes"] = json!(self.nodes);
         common["topology"] = json!(self.board.topology);
         common["machine"] = json!(self.board.machine);
+        common["processes"] = json!(self.board.processes);
+        common["block_replicas"] = json!(self.board.block_replicas);
+        common["noise"] = json!(self.board.noise.map(f64::from));
         let counts = done.ledger.counts();
         let links = done.links.iter().map(|link| {
             json!({
@@ -43,6 +46,8 @@ impl Run<'_> {
                 "bytes": u64::from(header.blocks) * u64::from(header.block_bytes),
                 "owned_max": self.owned,
             },
+            "faults": { "died": self.dead.iter().map(|node| node.0).collect::<Vec<_>>() },
+            "said": self.said,
             "host_links": links.collect::<Vec<_>>(),
             "messages": { "count": counts.messages },
             "tiles": { "given": counts.given, "given_again": counts.given_again },

@@ -1,9 +1,13 @@
-//! `kiloray board`: a picture from a ring of emulated boards, with this machine as their host.
+//! `kiloray board`: a picture from a ring of emulated boards, and processes among them, with this machine as their host.
 
 mod emulator;
 mod firmware;
 mod host;
 mod json;
+mod lines;
+mod link;
+mod nodes;
+mod process;
 
 use std::{
     collections::BTreeMap,
@@ -13,7 +17,7 @@ use std::{
 };
 
 use kiloray_core::{
-    network::{Mesh, NodeId, Topology},
+    network::{HOST, Mesh, NodeId, Topology},
     node::{Dealing, Placement, Schedule, Setup, Time},
     shade::{self, Shader, Tables},
     view::Camera,
@@ -21,10 +25,12 @@ use kiloray_core::{
 use kiloray_render::{Ledger, Options};
 use kiloray_scene::kilo;
 
+pub(super) use self::process::line_node;
 use self::{
-    emulator::Parts,
     firmware::{Board, LINKS},
     host::{Done, End, host},
+    lines::Lines,
+    nodes::{Kind, Nodes, Parts},
 };
 use super::engine;
 use crate::{
@@ -44,6 +50,8 @@ const BLOCK: u32 = 1 << 10;
 const SIDE: u32 = 64;
 /// Greatest payload of a packet: the least, as a line carries one packet after the other.
 const PAYLOAD: u16 = 256;
+/// Memory of a process, where nothing is said.
+const MEMORY: u64 = 64 << 10;
 /// Sides of a tile, and so many tiles for each board.
 const SIDES: [u16; 2] = [8, 4];
 const TILES_PER_NODE: u32 = 4;
@@ -54,6 +62,10 @@ struct Run<'a> {
     scene: &'a Scene,
     options: &'a Options,
     nodes: u16,
+    /// Those that died on the way.
+    dead: Vec<NodeId>,
+    /// What each has said.
+    said: Vec<Vec<String>>,
     /// Blocks of the board that has the most.
     owned: u32,
     done: &'a Done,
@@ -70,7 +82,7 @@ pub(super) fn run(board: &args::Board) -> Outcome {
     if let Some(path) = &board.output {
         Format::of(path)?;
     }
-    refuse_foreign(common)?;
+    refuse_foreign(board)?;
     let mesh = mesh(board)?;
     emulator::is_there()?;
     let scene = scene::load(&board.scene.scenes, common.block, BLOCK, quiet)?
@@ -83,28 +95,26 @@ pub(super) fn run(board: &args::Board) -> Outcome {
     let json_out = common.json.as_deref().map(Output::create).transpose()?;
     scene.print_notes(quiet);
 
-    let (placement, setup) = (placement(&scene, &mesh), setup(&scene, &options, &mesh)?);
+    let (placement, setup) = (placement(board, &scene, &mesh), setup(&scene, &options, &mesh)?);
     let parts = parts(board, &scene, &placement)?;
     let ledger = ledger(&scene, &options, &setup, &mesh)?;
     let folder = tempfile::tempdir().map_err(|error| Failure::io(Path::new("/tmp"), &error))?;
     let render_start = Instant::now();
-    let (mut boards, links) = emulator::start(&mesh, &parts, folder.path())?;
+    let mut lines = Lines::new(&mesh, board.noise.map_or(0.0, f64::from))
+        .map_err(|error| Failure::new(format_args!("sockets: {error}")))?;
+    let mut nodes = Nodes::start(&mesh, placement.replicas, &parts, &mut lines, folder.path())?;
     let bar = Progress::new("boards", ledger.pixels(), quiet);
     let all = ledger.pixels();
     let mut look = |pixels| {
         bar.set(pixels);
         bar.message(format!("{} of {} pixels", count(pixels), count(all)));
-        match boards.ended() {
-            Some((node, status, said)) => Err(Failure::new(format_args!(
-                "board {node} has ended ({status}){}{said}",
-                if said.is_empty() { "" } else { ": " }
-            ))),
-            None => Ok(!cancel.load(Ordering::Relaxed)),
-        }
+        nodes.look()?;
+        Ok(!cancel.load(Ordering::Relaxed))
     };
-    let done = host(mesh, &setup, ledger, links, &mut look)?;
+    let done = host(mesh, &setup, ledger, lines.take(HOST), &mut look)?;
     drop(bar);
-    drop(boards);
+    let (dead, said) = (nodes.dead().to_vec(), nodes.said());
+    drop(nodes);
 
     let output = if done.end == End::Complete { output } else { output.incomplete() };
     let path = output.path().to_owned();
@@ -115,6 +125,8 @@ pub(super) fn run(board: &args::Board) -> Outcome {
         scene: &scene,
         options: &options,
         nodes: mesh.nodes(),
+        dead,
+        said,
         owned: placement.most_blocks(),
         done: &done,
         picture: &rendered,
@@ -143,9 +155,14 @@ pub(super) fn run(board: &args::Board) -> Outcome {
 }
 
 /// What a board decides for itself.
-fn refuse_foreign(common: &args::Common) -> Outcome {
+fn refuse_foreign(board: &args::Board) -> Outcome {
+    let common = &board.common;
+    let is_alone = board.processes == 0;
     let given = [
-        (common.memory.is_some(), "--memory: a board has the memory that its firmware says"),
+        (
+            common.memory.is_some() && is_alone,
+            "--memory: a board has the memory that its firmware says",
+        ),
         (common.threads.is_some(), "--threads: a board is one thread"),
         (common.report.is_some(), "--report: there is no page of boards; --json has all figures"),
     ];
@@ -156,7 +173,7 @@ fn refuse_foreign(common: &args::Common) -> Outcome {
 }
 
 fn mesh(board: &args::Board) -> Outcome<Mesh> {
-    let (name, nodes) = (&board.topology, board.qemu);
+    let (name, nodes) = (&board.topology, board.qemu.saturating_add(board.processes));
     let topology = Topology::parse(name, nodes).map_err(|error| {
         Failure::usage(format_args!("--topology {name} for {nodes} boards: {error}"))
     })?;
@@ -179,14 +196,14 @@ fn options(board: &args::Board, scene: &Scene) -> Outcome<Options> {
 }
 
 /// As `kiloray compile` deals the blocks out.
-fn placement(scene: &Scene, mesh: &Mesh) -> Placement {
+fn placement(board: &args::Board, scene: &Scene, mesh: &Mesh) -> Placement {
     let blocks = scene.file.view().blocks();
     Placement {
         dealing: Dealing::Subtrees,
         blocks,
         nodes: mesh.nodes(),
         top: blocks.min(1),
-        replicas: 1,
+        replicas: board.block_replicas.min(u32::from(mesh.nodes())) as u16,
     }
 }
 
@@ -206,8 +223,8 @@ fn setup(scene: &Scene, options: &Options, mesh: &Mesh) -> Outcome<Setup> {
         topology: 0,
         schedule: Setup::code(Schedule::Hybrid),
         seed,
-        // A block takes some tenths of a second over each of the lines. Boards adapt it to what they see.
-        patience: Time(5_000_000_000),
+        // A block takes some tenths of a second over each of the lines. Nodes wait longer where they see that it takes longer.
+        patience: Time(2_000_000_000),
         bundle_age: Time(10_000_000),
         reminder: Time(500_000_000),
         width: options.width,
@@ -226,7 +243,7 @@ fn setup(scene: &Scene, options: &Options, mesh: &Mesh) -> Outcome<Setup> {
     Ok(setup.with_topology(mesh.topology()))
 }
 
-/// The boards, by node.
+/// What the nodes are: boards first, then processes.
 fn parts(board: &args::Board, scene: &Scene, placement: &Placement) -> Outcome<Vec<Parts>> {
     let mut built = BTreeMap::new();
     let machines = board.machine.iter().copied().cycle();
@@ -236,6 +253,10 @@ fn parts(board: &args::Board, scene: &Scene, placement: &Placement) -> Outcome<V
         .map(|(node, machine)| {
             let of = Board::of(machine);
             let share = kilo::share(&scene.file, placement, node);
+            if u32::from(node.0) >= board.qemu {
+                let memory = board.common.memory.unwrap_or(MEMORY) as usize;
+                return Ok(Parts { kind: Kind::Process(memory), share });
+            }
             if share.len() as u64 > of.share_bytes {
                 return Err(Failure::new(format_args!(
                     "board {} needs {} bytes of the scene, and {} has room for {}; take more boards",
@@ -251,7 +272,7 @@ fn parts(board: &args::Board, scene: &Scene, placement: &Placement) -> Outcome<V
                 (None, None) => of.build(board.common.quiet)?,
             };
             built.insert(machine, firmware.clone());
-            Ok(Parts { board: of, firmware, share })
+            Ok(Parts { kind: Kind::Board(of, firmware), share })
         })
         .collect()
 }
@@ -275,8 +296,12 @@ impl Run<'_> {
         ))?;
         let bytes: u64 = self.done.links.iter().map(|l| l.sent_bytes + l.received_bytes).sum();
         line(format_args!(
-            "{} boards in {:.1} s, {} of {} blocks with each at most; {} bytes over the host's lines, {} frames damaged",
-            self.nodes,
+            "{} boards{} in {:.1} s, {} of {} blocks with each at most; {} bytes over the host's lines, {} frames damaged",
+            self.board.qemu,
+            match self.board.processes {
+                0 => String::new(),
+                processes => format!(" and {processes} processes"),
+            },
             self.render_s,
             count(self.owned.into()),
             count(self.scene.file.view().blocks().into()),
