@@ -7,6 +7,9 @@
 
 mod executor;
 mod share;
+#[cfg(feature = "stack")]
+#[path = "../stack.rs"]
+mod stack;
 mod text;
 mod time;
 mod uart;
@@ -43,12 +46,37 @@ const ASK_EVERY: Time = Time(250_000_000);
 
 static ARENA: ConstStaticCell<[Chunk; ARENA_BYTES / size_of::<Chunk>()]> =
     ConstStaticCell::new([Chunk::ZERO; ARENA_BYTES / size_of::<Chunk>()]);
+/// Rooms of each link: what is in the task would pass over the stack.
+static ROOMS: ConstStaticCell<[[[u8; ROOM_BYTES]; 3]; uart::COUNT]> =
+    ConstStaticCell::new([[[0; ROOM_BYTES]; 3]; uart::COUNT]);
+
 #[entry]
 fn main() -> ! {
+    #[cfg(feature = "stack")]
+    stack::paint();
     executor::run(|spawner| match node() {
-        Ok(token) => spawner.spawn(token),
+        Ok(token) => {
+            spawner.spawn(token);
+            #[cfg(feature = "stack")]
+            spawner.spawn(watch().unwrap_or_else(|_| fail("executor", &"it is there already")));
+        }
         Err(_) => fail("executor", &"the task is there already"),
     })
+}
+
+/// Says how deep the stack has run.
+#[cfg(feature = "stack")]
+#[embassy_executor::task]
+async fn watch() {
+    let mut most = 0;
+    loop {
+        embassy_time::Timer::after_millis(500).await;
+        let used = stack::used_bytes();
+        if used > most {
+            most = used;
+            text::say_number("stack", used);
+        }
+    }
 }
 
 #[embassy_executor::task]
@@ -58,8 +86,14 @@ async fn node() {
     let here = share.here();
     let tallies = [const { Tally::new() }; uart::COUNT];
     let uarts = uart::start();
+    let mut rooms = ROOMS
+        .take()
+        .each_mut()
+        .map(|rooms| rooms.each_mut().map(<[u8; _]>::as_mut_slice))
+        .into_iter();
     let mut links = array::from_fn::<_, { uart::COUNT }, _>(|k| {
-        Link::new(uarts[k], uarts[k], [[0; ROOM_BYTES]; 3], &tallies[k])
+        let rooms = rooms.next().unwrap_or_default();
+        Link::new(uarts[k], uarts[k], rooms, &tallies[k])
     });
     let setup = match ask(links.each_mut(), &Ticks, ASK_EVERY).await {
         Ok(setup) => setup,
@@ -68,16 +102,18 @@ async fn node() {
     if usize::from(setup.payload) > PAYLOAD_BYTES {
         fail("setup", &format_args!("packets of {} bytes: {} fit", setup.payload, PAYLOAD_BYTES));
     }
-    let mut node = match setup.node(&share, Scalar, ARENA.take()) {
+    // Used where it was made: moved, it would lie on the stack too.
+    let mut made = setup.node(&share, Scalar, ARENA.take());
+    let node = match &mut made {
         Ok(node) => node,
-        Err(error) => fail("setup", &error),
+        Err(error) => fail("setup", error),
     };
     say("node", &format_args!("{} of {}", here.0, share.placement().nodes));
     // Of this node; a UART that nothing is joined to is at no port.
     let mesh = *node.router().mesh();
     let mut ports = mesh.joined(here);
     let joints = links.each_mut().map(|link| link.joint(ports.next().unwrap_or(NOWHERE), &setup));
-    match run(&mut node, joints, &Ticks, setup.reminder).await {}
+    match run(node, joints, &Ticks, setup.reminder).await {}
 }
 
 /// The share of the scene in flash.

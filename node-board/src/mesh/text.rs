@@ -14,13 +14,26 @@ pub(crate) fn say(what: &str, text: &dyn Display) {
 #[cfg(not(feature = "text"))]
 #[inline(always)]
 pub(crate) fn say(what: &str, _: &dyn Display) {
+    write(&[what.as_bytes()]);
+}
+
+/// A number, without what text takes of stack and flash.
+#[cfg(feature = "stack")]
+pub(crate) fn say_number(what: &str, number: usize) {
+    let digits = [10_000, 1000, 100, 10, 1].map(|unit| b'0' + (number / unit % 10) as u8);
+    write(&[what.as_bytes(), b" ", &digits]);
+}
+
+/// A short line, as it is.
+#[cfg(any(feature = "stack", not(feature = "text")))]
+fn write(parts: &[&[u8]]) {
     use core::ffi::CStr;
 
     use semihosting::sys::arm_compat::sys_write0;
 
-    let mut line = [0; 16];
-    let len = what.len().min(line.len() - 2);
-    line[..len].copy_from_slice(&what.as_bytes()[..len]);
+    let mut line = [0; 24];
+    let (end, room) = (line.len() - 2, parts.iter().copied().flatten());
+    let len = line[..end].iter_mut().zip(room).map(|(place, &byte)| *place = byte).count();
     line[len] = b'\n';
     if let Ok(line) = CStr::from_bytes_until_nul(&line) {
         sys_write0(line);

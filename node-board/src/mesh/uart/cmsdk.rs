@@ -25,6 +25,9 @@ const DIVISOR: u32 = 217;
 /// UARTs that links are at.
 pub(crate) const COUNT: usize = 3;
 
+/// Interrupts, up to the last of these.
+pub(super) const INTERRUPTS: usize = 20;
+
 /// By UART: where its registers are, and its interrupts (receiver, transmitter).
 pub(super) static UARTS: [Registers; COUNT] = [
     Registers { base: 0x4000_5000, interrupts: [2, 3] },

@@ -1,6 +1,6 @@
 //! The board's UARTs as byte streams: received and sent by interrupt, through a buffer for each direction.
 //!
-//! A board's driver is a file with [`driver::UARTS`] and a [`driver::Registers`] that has [`Hardware`].
+//! A board's driver is a file with [`driver::UARTS`], the number of interrupts, and a [`driver::Registers`] that has [`Hardware`].
 
 #[cfg_attr(feature = "mps2", path = "cmsdk.rs")]
 #[cfg_attr(not(feature = "mps2"), path = "pl011.rs")]
@@ -17,7 +17,7 @@ use embassy_sync::pipe::Pipe;
 use embedded_io_async::{ErrorType, Read, Write};
 
 pub(crate) use driver::COUNT;
-use driver::UARTS;
+use driver::{INTERRUPTS, UARTS};
 
 /// Bytes that may come while the node is busy; more are lost, and the frame with them.
 const RECEIVED_BYTES: usize = 1024;
@@ -128,6 +128,16 @@ unsafe impl InterruptNumber for Interrupt {
         self.0
     }
 }
+
+unsafe extern "C" {
+    fn DefaultHandler();
+}
+
+/// The part of the vector table behind the processor's own: as short as it can be.
+#[used]
+#[unsafe(no_mangle)]
+#[unsafe(link_section = ".vector_table.interrupts")]
+static __INTERRUPTS: [unsafe extern "C" fn(); INTERRUPTS] = [DefaultHandler; INTERRUPTS];
 
 /// The UARTs' are all interrupts that are unmasked.
 #[exception]

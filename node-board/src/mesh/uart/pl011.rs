@@ -34,6 +34,9 @@ const GPIO_DIGITAL: usize = 0x51c;
 /// UARTs that links are at.
 pub(crate) const COUNT: usize = 3;
 
+/// Interrupts, up to the last of these.
+pub(super) const INTERRUPTS: usize = 34;
+
 /// By UART: where its registers are, its interrupt, and its pins.
 pub(super) static UARTS: [Registers; COUNT] = [
     Registers {
