@@ -5,8 +5,9 @@ use zenoh::{Session, Wait};
 
 use crate::{Config, Error, Job, NodeReport, Place, TlsConfig, security};
 
-/// After so long without a sign of life a process counts as gone; one that ends is missed at once \[ms\].
-const LEASE_MS: u32 = 2000;
+/// After so long without a sign of life a process counts as gone, and so much more for each node of the mesh, as they may wait for the same processors;
+/// one that ends is missed at once \[ms\].
+const LEASE_MS: [u32; 2] = [2000, 20];
 
 /// How long a message waits for room in the engine's queue before it is lost: credit bounds what is under way to less than the queue holds,
 /// unless the far end is frozen \[µs\].
@@ -16,6 +17,7 @@ const DROP_US: u32 = 20_000;
 pub(super) fn open(config: &Config, job: &Job, place: Place) -> Result<Session, Error> {
     security::check(config)?;
     let (listen, connect) = endpoints(config, job, place)?;
+    let [lease, each] = LEASE_MS;
     let settings = json!({
         "mode": "peer",
         "listen": { "endpoints": listen, "exit_on_failure": true, "timeout_ms": 0 },
@@ -33,7 +35,7 @@ pub(super) fn open(config: &Config, job: &Job, place: Place) -> Result<Session, 
             "unicast": { "accept_pending": 1000, "max_sessions": 1000 },
             "link": {
                 "tx": {
-                    "lease": LEASE_MS,
+                    "lease": lease + each * u32::from(job.mesh.nodes()),
                     "keep_alive": 4,
                     // By default the third message is dropped after 1 ms, which on busy processors is soon over.
                     "queue": {
