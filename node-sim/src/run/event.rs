@@ -6,8 +6,6 @@ use std::collections::BinaryHeap;
 pub(crate) enum Event {
     /// A packet has come to the end of a link.
     Arrive {
-        /// The link.
-        link: u32,
         /// Where the packet lies.
         packet: u32,
     },
@@ -45,45 +43,60 @@ pub(crate) struct EventQueue {
     sequence: u64,
 }
 
-#[derive(Debug)]
-struct Entry {
-    time: u64,
-    sequence: u64,
-    event: Event,
-}
+/// Time, sequence and event in one number, most significant first: a heap of numbers is what it takes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+struct Entry(u128);
+
+/// Bits of a sequence number, of which none is used twice: 10¹² events.
+const SEQUENCE: u32 = 40;
+/// Bits of an event: its kind, and where.
+const EVENT: u32 = 32;
+const KIND: u32 = 3;
+/// The last moment that is told from others: after two years.
+const LAST: u64 = u64::MAX >> (SEQUENCE + EVENT - u64::BITS);
 
 impl EventQueue {
     /// Enters what is to happen at a time. O(log n).
     pub(crate) fn push(&mut self, time: u64, event: Event) {
         self.sequence += 1;
-        self.heap.push(Reverse(Entry { time, sequence: self.sequence, event }));
+        let time = u128::from(time.min(LAST)) << (SEQUENCE + EVENT);
+        let order = u128::from(self.sequence) << EVENT;
+        self.heap.push(Reverse(Entry(time | order | u128::from(event.encode()))));
     }
 
     /// What happens next, and when. O(log n).
     pub(crate) fn pop(&mut self) -> Option<(u64, Event)> {
-        self.heap.pop().map(|Reverse(entry)| (entry.time, entry.event))
+        let Reverse(Entry(entry)) = self.heap.pop()?;
+        Some(((entry >> (SEQUENCE + EVENT)) as u64, Event::decode(entry as u32)))
     }
 }
 
-impl Ord for Entry {
-    fn cmp(&self, other: &Self) -> std::cmp::Ordering {
-        (self.time, self.sequence).cmp(&(other.time, other.sequence))
+impl Event {
+    const fn encode(self) -> u32 {
+        let (kind, at) = match self {
+            Self::Arrive { packet } => (0, packet),
+            Self::Free { link } => (1, link),
+            Self::Done { place } => (2, place),
+            Self::Wake { place } => (3, place),
+            Self::Remind { place } => (4, place),
+            Self::Crash { place } => (5, place),
+        };
+        debug_assert!(at < 1 << (u32::BITS - KIND));
+        at << KIND | kind
+    }
+
+    const fn decode(event: u32) -> Self {
+        let at = event >> KIND;
+        match event & ((1 << KIND) - 1) {
+            0 => Self::Arrive { packet: at },
+            1 => Self::Free { link: at },
+            2 => Self::Done { place: at },
+            3 => Self::Wake { place: at },
+            4 => Self::Remind { place: at },
+            _ => Self::Crash { place: at },
+        }
     }
 }
-
-impl PartialOrd for Entry {
-    fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
-        Some(self.cmp(other))
-    }
-}
-
-impl PartialEq for Entry {
-    fn eq(&self, other: &Self) -> bool {
-        self.cmp(other).is_eq()
-    }
-}
-
-impl Eq for Entry {}
 
 #[cfg(test)]
 mod tests {
@@ -98,5 +111,27 @@ mod tests {
         let order = std::iter::from_fn(|| queue.pop());
         let expected = [(3, 1), (3, 3), (4, 4), (5, 0), (5, 2)];
         assert!(order.eq(expected.map(|(time, place)| (time, Event::Done { place }))));
+    }
+
+    #[test]
+    fn what_is_entered_comes_out() {
+        let at = (1 << (u32::BITS - KIND)) - 1;
+        let (packet, link, place) = (at, at, at);
+        let events = [
+            Event::Arrive { packet },
+            Event::Free { link },
+            Event::Done { place },
+            Event::Wake { place: 0 },
+            Event::Remind { place },
+            Event::Crash { place },
+        ];
+        let mut queue = EventQueue::default();
+        events.iter().for_each(|&event| queue.push(LAST, event));
+        assert!(events.iter().all(|&event| queue.pop() == Some((LAST, event))));
+        // A time limit may be as far away as there are numbers.
+        queue.push(u64::MAX, events[3]);
+        queue.push(7, events[0]);
+        assert_eq!(queue.pop(), Some((7, events[0])));
+        assert_eq!(queue.pop(), Some((LAST, events[3])));
     }
 }

@@ -129,7 +129,7 @@ impl<'m, N: Actor<'m>, H: Actor<'m>> Run<'m, N, H> {
         self.now = time;
         self.events += 1;
         match event {
-            Event::Arrive { link, packet } => self.arrive(link, packet),
+            Event::Arrive { packet } => self.arrive(packet),
             Event::Free { link } => {
                 self.links.get(link).awaited = false;
                 self.transmit(link);
@@ -184,7 +184,8 @@ impl<'m, N: Actor<'m>, H: Actor<'m>> Run<'m, N, H> {
         if (place as usize) < self.nodes.len() { NodeId(place as u16) } else { HOST }
     }
 
-    fn arrive(&mut self, link: u32, packet: u32) {
+    fn arrive(&mut self, packet: u32) {
+        let link = self.packets.link(packet);
         let (place, port) = {
             let link = self.links.get(link);
             (link.to, link.back)
@@ -197,14 +198,19 @@ impl<'m, N: Actor<'m>, H: Actor<'m>> Run<'m, N, H> {
             None => host.router(),
         };
         let bytes = packets.get(packet);
-        let received = router.receive(port, bytes, |node| dead && node == here);
-        if let (Received::Buffered, Some((header, payload))) =
-            (received, PacketHeader::split(bytes))
-            && header.to() == here
-        {
+        let (header, payload) = PacketHeader::split(bytes).expect("routers send good packets");
+        let passes = header.kind == PacketHeader::DATA && header.to() != here;
+        let received = if passes {
+            router.receive(port, &packets.ticket(packet), |_| false)
+        } else {
+            router.receive(port, bytes, |node| dead && node == here)
+        };
+        if received == Received::Buffered && !passes {
             self.watch.arrives(self.now, header.from(), here, payload);
         }
-        self.packets.free(packet);
+        if received != Received::Buffered || !passes {
+            self.packets.free(packet);
+        }
         self.note(1, u64::from(link), received as u64);
         match received {
             Received::Control | Received::Buffered => {}
@@ -244,12 +250,15 @@ impl<'m, N: Actor<'m>, H: Actor<'m>> Run<'m, N, H> {
         }
         let (place, port, busy_until) = (link.from, link.port, link.busy_until);
         if busy_until <= now {
+            let here = self.id(place);
             let Self { nodes, host, packets, .. } = self;
             let router = match nodes.get_mut(place as usize) {
                 Some(node) => node.router(),
                 None => host.router(),
             };
-            if let Some(packet) = packets.make(|out| router.transmit(port, out)) {
+            let is_maker = |header: &PacketHeader| header.from() == here;
+            let packet = packets.make(index, is_maker, |out| router.transmit(port, out));
+            if let Some(packet) = packet {
                 self.depart(index, packet);
             }
         }
@@ -289,7 +298,7 @@ impl<'m, N: Actor<'m>, H: Actor<'m>> Run<'m, N, H> {
             self.has_room(place);
         }
         if !self.settings.faults.of_links() {
-            self.queue.push(arrival, Event::Arrive { link: index, packet });
+            self.queue.push(arrival, Event::Arrive { packet });
             return;
         }
         if data {
@@ -302,7 +311,7 @@ impl<'m, N: Actor<'m>, H: Actor<'m>> Run<'m, N, H> {
             && let Some(copy) = self.packets.copy(packet)
         {
             self.faults.doubled += 1;
-            let event = Event::Arrive { link: index, packet: copy };
+            let event = Event::Arrive { packet: copy };
             self.queue.push(arrival + fate.delay + duration, event);
         }
         if fate.lost {
@@ -316,7 +325,7 @@ impl<'m, N: Actor<'m>, H: Actor<'m>> Run<'m, N, H> {
             arrival = arrival.max(link.last_arrival);
             link.last_arrival = arrival;
         }
-        self.queue.push(arrival, Event::Arrive { link: index, packet });
+        self.queue.push(arrival, Event::Arrive { packet });
     }
 
     /// A packet of an actor has left.
