@@ -1,7 +1,9 @@
 //! Renders a built-in scene on a simulated mesh and on one core of this machine, one after the other, and
 //! prints whether the pictures are the same, what each took, and where the mesh's time went.
 //!
-//! With `ONLY=mesh` or `ONLY=plain` it does one of the two, `REPEAT` times, and prints the processor time of each.
+//! With `PAIRS=n` it does both n times in turns, and prints the ratio of their processor times; with `ONLY=mesh` or `ONLY=plain` one of
+//! the two, `REPEAT` times. `GROUP`, `SHADOW`, `BW`, `PACKET`, `TOP` and `TILE` set options of the mesh. What a node took of this machine
+//! beside its arena is printed where that can be known.
 //!
 //! `cargo run --release -p kiloray-sim --example compare -- SCENE TOPOLOGY NODES MEMORY_KIB SIDE [SCHEDULE [BLOCK_KIB [SAMPLES]]]`
 
@@ -45,6 +47,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     if let Ok(p) = std::env::var("TILE") {
         options.mesh.tile = Some(p.parse()?);
     }
+    if let Ok(p) = std::env::var("GROUP") {
+        options.mesh.group = p.parse()?;
+    }
     options.mesh.memory = memory << 10;
     options.mesh.schedule = match text(5, "hybrid").as_str() {
         "demand" => Schedule::Demand,
@@ -65,9 +70,33 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         }
         return Ok(());
     }
+    if let Ok(pairs) = std::env::var("PAIRS") {
+        let mut all = [0.0, 0.0];
+        for _ in 0..pairs.parse()? {
+            let begin = cpu_time::ProcessTime::now();
+            simulated(&file, &options)?;
+            let mesh = begin.elapsed().as_secs_f64();
+            let begin = cpu_time::ProcessTime::now();
+            rendered(&file, &options)?;
+            let plain = begin.elapsed().as_secs_f64();
+            println!("processor: mesh {mesh:.3} s, plain {plain:.3} s, ratio {:.3}", mesh / plain);
+            all = [all[0] + mesh, all[1] + plain];
+        }
+        println!("ratio of all {:.3}", all[0] / all[1]);
+        return Ok(());
+    }
+    let before = resident_peak();
     let begin = Instant::now();
     let outcome = simulated(&file, &options)?;
     let mesh = begin.elapsed().as_secs_f64();
+    if let (Some(before), Some(after)) = (before, resident_peak()) {
+        let each = (after - before) / u64::from(nodes);
+        println!(
+            "resident: {} KiB more than before, {each} bytes a node, {} beside its arena",
+            (after - before) >> 10,
+            each as i64 - options.mesh.memory as i64
+        );
+    }
     let begin = Instant::now();
     let picture = rendered(&file, &options)?;
     let plain = begin.elapsed().as_secs_f64();
@@ -101,6 +130,13 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     busy.sort_unstable();
     println!("links busy %: {busy:?}");
     Ok(())
+}
+
+/// The greatest resident set of this process so far \[bytes\], where it can be known.
+fn resident_peak() -> Option<u64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
+    line.trim().strip_suffix(" kB")?.parse::<u64>().ok().map(|kib| kib << 10)
 }
 
 fn simulated(file: &KiloView<'_>, options: &Options) -> Result<Outcome, kiloray_sim::Error> {
