@@ -41,6 +41,7 @@ pub(crate) fn packets() -> Vec<Vec<u8>> {
         Message::Answer { to, sum: Sum([1, 2, 3]) },
         Message::Refusal { to },
         Message::AtWork { to },
+        Message::Idle,
     ];
     let packet = |kind, to: NodeId, lane, messages: &[Message<'_>]| {
         let header = PacketHeader { kind, lane, to: to.0, from: 1, ..PacketHeader::zeroed() };

@@ -5,7 +5,7 @@ use kiloray_core::network::{
 };
 use kiloray_core::node::{
     Dealing, Next, Node, NodeNeeds, NodePlan, Picture, Placement, Prefetch, Rom, Schedule,
-    Settings, TaskOrder, Time,
+    Settings, ShadowPolicy, TaskOrder, Time,
 };
 use kiloray_core::protocol::{Items, Message, write};
 use kiloray_core::render::Tiling;
@@ -70,6 +70,7 @@ impl<'a> Bench<'a> {
             owned: 0,
             splits: SPLITS as usize,
             schedule,
+            shadow: ShadowPolicy::Steal,
             side: 4,
             packet: 0,
             depth: 0,
@@ -77,6 +78,7 @@ impl<'a> Bench<'a> {
         let plan = NodePlan::new(MEMORY, &needs).expect("a plan");
         let settings = Settings {
             schedule,
+            shadow: ShadowPolicy::Steal,
             placement,
             refusals: 1,
             prefetch: Prefetch::All,

@@ -4,7 +4,7 @@ use kiloray_core::block::KiloView;
 use kiloray_core::network::{HOST, Mesh, NodeId, PacketHeader, Port, Router, RouterSize, Topology};
 use kiloray_core::node::{
     Dealing, Next, Node, NodeNeeds, NodePlan, Picture, Placement, Prefetch, Progress, Rom,
-    Schedule, Settings, TaskOrder, Time,
+    Schedule, Settings, ShadowPolicy, TaskOrder, Time,
 };
 use kiloray_core::render::Tiling;
 use kiloray_core::store::{Arena, Chunk};
@@ -79,6 +79,7 @@ fn plan(file: &KiloView<'_>, mesh: Mesh, bytes: usize) -> Result<NodePlan, Pictu
         owned: 0,
         splits: shader(file).splits(0),
         schedule: SCHEDULE,
+        shadow: ShadowPolicy::Keep,
         side: SIDE as usize,
         // Tiles are all that is said: the least does.
         packet: 256,
@@ -99,6 +100,7 @@ fn node<'a>(
     let limits = file.limits();
     let settings = Settings {
         schedule: SCHEDULE,
+        shadow: ShadowPolicy::Keep,
         placement: Placement {
             dealing: Dealing::Subtrees,
             blocks: file.blocks(),

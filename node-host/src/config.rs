@@ -1,7 +1,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use kiloray_core::node::{Dealing, Prefetch, Schedule, TaskOrder};
+use kiloray_core::node::{Dealing, Prefetch, Schedule, ShadowPolicy, TaskOrder};
 use kiloray_core::scene::View;
 use serde::{Deserialize, Serialize};
 
@@ -45,6 +45,9 @@ pub struct MeshConfig {
     pub packet: u16,
     /// Which rays go where.
     pub schedule: Schedule,
+    /// Who traces the shadow rays of a hit.
+    #[serde(default)]
+    pub shadow: ShadowPolicy,
     /// How blocks are dealt out.
     pub placement: Dealing,
     /// Blocks that every node has; left out: as many as suit the scene.

@@ -58,6 +58,7 @@ impl Job {
             top: mesh.top,
             replicas: mesh.replicas,
             prefetch: mesh.prefetch,
+            shadow: mesh.shadow,
             order: mesh.order,
             group: mesh.group,
             refusals: mesh.refusals,

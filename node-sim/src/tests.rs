@@ -4,13 +4,15 @@ use crate::{
     Control, Crash, Error, Link, MeshOptions, Options, Outcome, Rate, Slow, Status, simulate,
 };
 use kiloray_core::network::{NodeId, Topology};
-use kiloray_core::node::{Dealing, Schedule, TaskOrder};
+use kiloray_core::node::{Dealing, Schedule, ShadowPolicy, TaskOrder};
 use kiloray_core::store::Line;
 use kiloray_scene::kilo::KiloFile;
 use kiloray_scene::{builtin, compile};
 use proptest::prelude::*;
 use std::sync::LazyLock;
 use std::sync::atomic::{AtomicBool, Ordering};
+
+const SHADOWS: [ShadowPolicy; 3] = [ShadowPolicy::Keep, ShadowPolicy::Offer, ShadowPolicy::Steal];
 
 fn scene(name: &str, block_bytes: usize) -> KiloFile {
     let model = builtin::build(name).expect("a scene that exists");
@@ -87,6 +89,15 @@ fn the_picture_does_not_depend_on_schedule_placement_memory_or_links() {
                 let outcome = same(&file, &options);
                 assert_eq!(outcome.report.nodes.len(), 8);
             }
+        }
+    }
+    for shadow in SHADOWS {
+        for schedule in [Schedule::Hybrid, Schedule::Demand] {
+            let mut options = options(&file, "torus:4x2", 8);
+            (options.mesh.shadow, options.mesh.schedule) = (shadow, schedule);
+            let report = same(&file, &options).report;
+            let given: u64 = report.nodes.iter().map(|node| node.counts.lights_given).sum();
+            assert_eq!(given > 0, shadow != ShadowPolicy::Keep, "{shadow:?}: {given}");
         }
     }
     for order in [TaskOrder::Made, TaskOrder::Ready] {
@@ -195,8 +206,9 @@ fn any_options(file: &KiloFile) -> impl Strategy<Value = Options> {
     let schedule = prop::sample::select(vec![Schedule::Hybrid, Schedule::Demand, Schedule::Data]);
     let division = (shape, schedule, 0_usize..5, 1_u16..4, 1_u16..3, any::<bool>(), 0_u16..5);
     let faults = (0_u32..40, 0_u32..40, 0_u64..20_000, 0_u64..3_000_000, any::<u64>());
-    let ways = (any::<bool>(), any::<bool>());
-    (division, faults, ways).prop_map(move |(division, faults, (made, in_arena))| {
+    let shadow = prop::sample::select(SHADOWS.to_vec());
+    let ways = (any::<bool>(), any::<bool>(), shadow);
+    (division, faults, ways).prop_map(move |(division, faults, (made, in_arena, shadow))| {
         let (loss, duplicate, jitter, crash, seed) = faults;
         let ((shape, nodes), schedule, memory, replicas, crashes, robin, group) = division;
         let topology = Topology::parse(shape, nodes).expect("a shape that exists");
@@ -205,6 +217,7 @@ fn any_options(file: &KiloFile) -> impl Strategy<Value = Options> {
         options.mesh.settings.shadow_samples = 1;
         options.mesh.memory = (24 << 10) << memory;
         options.mesh.schedule = schedule;
+        options.mesh.shadow = shadow;
         options.mesh.replicas = replicas;
         options.mesh.dealing = if robin { Dealing::RoundRobin } else { Dealing::Subtrees };
         options.mesh.group = group;

@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 use std::{fs, thread};
 
 use fastrand::Rng;
-use kiloray_core::node::{Dealing, Prefetch, Schedule, TaskOrder};
+use kiloray_core::node::{Dealing, Prefetch, Schedule, ShadowPolicy, TaskOrder};
 use kiloray_host::{
     Config, Control, Folder, MeshConfig, PictureConfig, Supervisor, run_host, run_node, tie,
 };
@@ -111,6 +111,7 @@ fn run(
             memory: 64 << 10,
             packet: 0,
             schedule,
+            shadow: ShadowPolicy::default(),
             placement: Dealing::Subtrees,
             top: None,
             replicas,

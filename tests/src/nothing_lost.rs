@@ -8,7 +8,7 @@ use std::sync::{Mutex, PoisonError};
 
 use fastrand::Rng;
 use kiloray_core::network::{NodeId, Topology};
-use kiloray_core::node::{Dealing, Placement, Prefetch, Schedule, TaskOrder};
+use kiloray_core::node::{Dealing, Placement, Prefetch, Schedule, ShadowPolicy, TaskOrder};
 use kiloray_scene::kilo::KiloFile;
 use kiloray_scene::{builtin, compile};
 use kiloray_sim::{
@@ -147,6 +147,8 @@ fn drawn(random: &mut Rng, file: &KiloFile) -> Options {
     options.mesh.settings.seed = random.u64(..);
     options.seed = random.u64(..);
     options.mesh.schedule = one_of(random, &[Schedule::Hybrid, Schedule::Demand, Schedule::Data]);
+    options.mesh.shadow =
+        one_of(random, &[ShadowPolicy::Keep, ShadowPolicy::Offer, ShadowPolicy::Steal]);
     options.mesh.dealing = one_of(random, &[Dealing::Subtrees, Dealing::RoundRobin]);
     options.mesh.top = Some(random.u32(1..=3));
     options.mesh.prefetch =

@@ -3,7 +3,8 @@ use kiloray_core::network::Topology;
 use serde::Serialize;
 
 use super::mesh::{
-    Placement, Prefetch, Schedule, TaskOrder, Top, group, nodes, packet, refusals, replicas, tile,
+    Placement, Prefetch, Schedule, Shadow, TaskOrder, Top, group, nodes, packet, refusals,
+    replicas, tile,
 };
 
 /// Nodes where neither their number nor sizes of the topology are given.
@@ -25,6 +26,9 @@ pub(crate) struct Division {
     /// Which rays fetch blocks, and which go to them: hybrid (only specular rays go), demand (all fetch), data (all go)
     #[arg(long, value_name = "S", value_enum, default_value_t = Schedule::Hybrid, help_heading = "Work")]
     pub(crate) schedule: Schedule,
+    /// Who traces shadow rays, where they fetch: the node that found what they start from (keep), or also idle nodes, sent by the master (offer) or asking others (steal)
+    #[arg(long, value_name = "S", value_enum, help_heading = "Work")]
+    pub(crate) shadow: Option<Shadow>,
     /// How many blocks are fetched ahead for a bundle of shadow rays: all that its pyramid touches, the K nearest, or none [default: 0]
     #[arg(long, value_name = "all|K|0", allow_hyphen_values = true, help_heading = "Work")]
     pub(crate) prefetch: Option<Prefetch>,

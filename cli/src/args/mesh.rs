@@ -94,6 +94,18 @@ pub(crate) enum Placement {
     RoundRobin,
 }
 
+/// Who traces shadow rays.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub(crate) enum Shadow {
+    /// The node that found what they start from
+    Keep,
+    /// Also idle nodes, which the master sends to those that still render
+    Offer,
+    /// Also idle nodes, which ask others by chance
+    Steal,
+}
+
 /// Which of the waiting rays goes on first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize)]
 #[serde(rename_all = "lowercase")]

@@ -49,6 +49,13 @@ pub(super) fn with(
         args::Schedule::Demand => node::Schedule::Demand,
         args::Schedule::Data => node::Schedule::Data,
     };
+    if let Some(shadow) = division.shadow {
+        options.shadow = match shadow {
+            args::Shadow::Keep => node::ShadowPolicy::Keep,
+            args::Shadow::Offer => node::ShadowPolicy::Offer,
+            args::Shadow::Steal => node::ShadowPolicy::Steal,
+        };
+    }
     options.dealing = match division.placement {
         args::Placement::Subtrees => node::Dealing::Subtrees,
         args::Placement::RoundRobin => node::Dealing::RoundRobin,

@@ -55,6 +55,7 @@ fn help_teaches() {
         "--placement",
         "--top",
         "--block-replicas",
+        "--shadow <S>",
         "--prefetch",
         "--task-order",
         "--tile",

@@ -1,9 +1,12 @@
+use super::help::Helpers;
 use super::outbox::Outbox;
 use super::rom::Blocks;
 use super::rules::Rule;
 use super::slots::{FetchSlot, RaySlot, Root, RootState, Serve, ShadowSlot, Stage};
 use super::tiles::Tiles;
-use super::{Counts, Lack, Next, NodePlan, Progress, Rom, Settings, Time, Work, World};
+use super::{
+    Counts, Lack, Next, NodePlan, Progress, RayKind, Rom, Settings, ShadowPolicy, Time, Work, World,
+};
 use crate::network::{Channel, Mesh, NodeId, Router};
 use crate::protocol::Message;
 use crate::shade::Sum;
@@ -57,6 +60,8 @@ pub struct Node<'a, W> {
     pub(super) piece: usize,
     /// Nodes that have let a request wait in vain.
     pub(super) suspects: [u16; SUSPECTS],
+    /// Nodes that would take some of its work.
+    pub(super) helpers: Helpers,
     /// How long fetches and rays have taken, smoothed.
     pub(super) fetch_time: Time,
     pub(super) ray_time: Time,
@@ -98,6 +103,9 @@ impl<'a, W: World> Node<'a, W> {
         world: W,
     ) -> Result<Self, ArenaFull> {
         let here = rom.here();
+        // A shadow ray that migrates is a task of its own.
+        let migrates = settings.schedule.migrates(RayKind::Shadow);
+        let shadow = if migrates { ShadowPolicy::Keep } else { settings.shadow };
         let router = Router::new(arena, mesh, here, plan.router)?;
         let payload = plan.payload();
         let outbox = Outbox::new(
@@ -110,7 +118,7 @@ impl<'a, W: World> Node<'a, W> {
         let pixels = plan.tiles.saturating_mul(plan.pixels());
         Ok(Self {
             world,
-            settings,
+            settings: Settings { shadow, ..settings },
             here,
             router,
             outbox,
@@ -137,6 +145,7 @@ impl<'a, W: World> Node<'a, W> {
             served: 0,
             piece: plan.piece(),
             suspects: [u16::MAX; SUSPECTS],
+            helpers: Helpers::NONE,
             fetch_time: Time(0),
             ray_time: Time(0),
             next_deadline: Time::NEVER,

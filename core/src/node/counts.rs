@@ -20,7 +20,9 @@ pub struct Counts {
     pub received: Kinds,
     /// Rays sent to other nodes.
     pub migrated: u64,
-    /// Rays of other nodes that were run here.
+    /// Hits whose shadow rays were given to other nodes.
+    pub lights_given: u64,
+    /// Rays and hits of other nodes that were run here.
     pub visitors: u64,
     /// Rays that other nodes refused.
     pub refused: u64,
@@ -62,6 +64,7 @@ impl Counts {
             (&mut self.tiles, other.tiles),
             (&mut self.packets, other.packets),
             (&mut self.migrated, other.migrated),
+            (&mut self.lights_given, other.lights_given),
             (&mut self.visitors, other.visitors),
             (&mut self.refused, other.refused),
             (&mut self.run_at_home, other.run_at_home),
@@ -97,7 +100,7 @@ pub struct Kinds {
     pub fetch: Kind,
     /// [`Message::Part`].
     pub part: Kind,
-    /// Asks, grants, pixels, acceptances: all about tiles.
+    /// Asks, grants, pixels, acceptances, and who is idle: all about tiles.
     pub tile: Kind,
     /// [`Message::Ray`].
     pub ray: Kind,
@@ -154,6 +157,7 @@ impl Kinds {
             Message::Fetch { .. } | Message::Lost { .. } => &mut self.fetch,
             Message::Part { .. } => &mut self.part,
             Message::Ask { .. }
+            | Message::Idle
             | Message::Grant { .. }
             | Message::Pixels { .. }
             | Message::Accepted { .. } => &mut self.tile,

@@ -161,6 +161,7 @@ impl<W: World> Node<'_, W> {
             }
             Message::Ray(ray) => self.on_ray(&ray, now),
             Message::Ask { number, .. } => self.on_ask(from, number, now),
+            Message::Idle => self.on_idle(from),
             _ => self.note_unasked(),
         }
         self.clear(from);

@@ -39,6 +39,7 @@
 mod actor;
 mod counts;
 mod fetch;
+mod help;
 mod inbox;
 mod outbox;
 mod placement;
@@ -64,7 +65,7 @@ pub use counts::{Counts, Kind, Kinds};
 pub use placement::{Dealing, Placement};
 pub use plan::{NodeNeeds, NodePlan};
 pub use rom::{Missing, Rom};
-pub use settings::{Prefetch, RayKind, Schedule, Settings, TaskOrder};
+pub use settings::{Prefetch, RayKind, Schedule, Settings, ShadowPolicy, TaskOrder};
 pub use setup::{Setup, SetupError};
 pub use share::{Share, ShareError, ShareHeader};
 pub use shell::{Actor, Clock, Joint, Receive, Transmit, run};

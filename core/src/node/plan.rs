@@ -1,6 +1,6 @@
 use super::outbox::Open;
 use super::slots::{FetchSlot, RaySlot, Root, Serve, ShadowSlot};
-use super::{RayKind, Schedule};
+use super::{RayKind, Schedule, ShadowPolicy};
 use crate::network::{Channel, Mesh, NodeId, RouterSize};
 use crate::protocol::Item;
 use crate::shade::Sum;
@@ -57,6 +57,8 @@ pub struct NodeNeeds {
     pub splits: usize,
     /// Which rays go where.
     pub schedule: Schedule,
+    /// Who traces shadow rays.
+    pub shadow: ShadowPolicy,
     /// Pixels along a tile.
     pub side: usize,
     /// Greatest payload of a packet \[bytes\]; 0 for the [default](NodePlan::packet).
@@ -159,7 +161,9 @@ impl NodePlan {
 
     fn of(step: &Step, memory: usize, needs: &NodeNeeds) -> Self {
         let shadows_migrate = needs.schedule.migrates(RayKind::Shadow);
-        let visited = needs.schedule.expects_visits(needs.mesh.nodes(), needs.splits);
+        let helps =
+            needs.shadow != ShadowPolicy::Keep && needs.mesh.nodes() > 1 && !shadows_migrate;
+        let visited = helps || needs.schedule.expects_visits(needs.mesh.nodes(), needs.splits);
         let least = needs.schedule.reserve(needs.splits).saturating_add(1);
         let rays = step.rays.max(least);
         let payload = match needs.packet {

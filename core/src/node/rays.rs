@@ -4,11 +4,13 @@ use super::{Node, RayKind, Settings, TaskOrder, Time, Traced, World};
 use crate::network::NodeId;
 use crate::protocol::{Message, RayMessage, ReturnAddress, split};
 use crate::render::sort_by_key;
-use crate::shade::{Counts as ShadeCounts, PackedHit, PathRay};
+use crate::shade::{Counts as ShadeCounts, PackedHit, PathRay, Task};
 use crate::store::Place;
 
 /// Requests for a ray after which it is run at home.
 const RAY_TRIES: u8 = 5;
+/// As many where the ray is the lights of a hit.
+const LIGHTS_TRIES: u8 = 2;
 
 impl<W: World> Node<'_, W> {
     /// How many slots must stay free beside that of a new ray: one for each time that it, or what follows from it, needs
@@ -24,7 +26,11 @@ impl<W: World> Node<'_, W> {
         }
         let splits = self.world.splits(ray.depth());
         let splits = if self.keeps(Rule::ReserveByDepth) { splits } else { splits.min(1) };
-        if ray.is_shadow() { 0 } else { self.settings.schedule.reserve(splits) }
+        match ray.task() {
+            Task::Shadow => 0,
+            Task::Lights => self.settings.schedule.reserve(0),
+            Task::Path => self.settings.schedule.reserve(splits),
+        }
     }
 
     pub(super) fn may_take_slot(&self, ray: &PathRay) -> bool {
@@ -170,9 +176,12 @@ impl<W: World> Node<'_, W> {
             return false;
         }
         let (light, point) = self.world.arrive(&slot.ray, &slot.best);
+        let only_lights = slot.ray.task() == Task::Lights;
         if !begun {
             self.work.shadings = self.work.shadings.saturating_add(1);
-            self.add(slot.root, slot.ray.pixel(), light);
+            if !only_lights {
+                self.add(slot.root, slot.ray.pixel(), light);
+            }
         }
         let Some(point) = point else {
             self.free_slot(number);
@@ -180,21 +189,30 @@ impl<W: World> Node<'_, W> {
         };
         let mut lights = self.world.lights(&point, begun.then_some(slot.at));
         let mut made: u32 = 0;
-        let all = loop {
-            if !self.has_shadow_room() {
-                break false;
-            }
-            let Self { world, counts, .. } = &mut *self;
-            let next = world.next_shadow(&point, &mut lights, &mut counts.shade);
-            let Some((shadow, key)) = next else { break true };
-            self.put_shadow(shadow, key, &slot);
-            made = made.saturating_add(1);
-        };
+        let given = !begun && self.give_lights(&slot, &point);
+        let all = given
+            || loop {
+                if !self.has_shadow_room() {
+                    break false;
+                }
+                let Self { world, counts, .. } = &mut *self;
+                let next = world.next_shadow(&point, &mut lights, &mut counts.shade);
+                let Some((shadow, key)) = next else { break true };
+                self.put_shadow(shadow, key, &slot);
+                made = made.saturating_add(1);
+            };
         self.work.light_samples = self.work.light_samples.saturating_add(u64::from(made));
         if !all {
             slot.at = self.world.save(&lights);
             self.put(number, slot);
             self.enqueue(number);
+            return true;
+        }
+        if made > 0 {
+            self.helpers.rays_per_hit = made;
+        }
+        if only_lights {
+            self.free_slot(number);
             return true;
         }
         let Self { world, counts, .. } = &mut *self;
@@ -246,15 +264,21 @@ impl<W: World> Node<'_, W> {
     /// (a tail call, rule 9).
     fn send(&mut self, number: u16, mut slot: RaySlot, now: Time) -> bool {
         let trail = slot.trail();
-        let Some(to) = self.owner_for(trail.block(), slot.tries) else {
-            slot.home = 1;
-            slot.set_stage(Stage::Trace);
-            self.put(number, slot);
-            return false;
+        let only_lights = slot.ray.task() == Task::Lights;
+        let to = if only_lights {
+            NodeId(slot.sent_to)
+        } else {
+            let Some(to) = self.owner_for(trail.block(), slot.tries) else {
+                slot.run_at_home();
+                self.put(number, slot);
+                return false;
+            };
+            to
         };
         let visit = self.roots.get(usize::from(slot.root)).copied();
-        let visit = visit.filter(|root| root.state() == RootState::Visit && root.open == 1);
-        let own = ReturnAddress::new(self.here, number, slot.ray.key());
+        let visit =
+            visit.filter(|root| root.state() == RootState::Visit && root.open == 1 && !only_lights);
+        let own = ReturnAddress::new(self.here, number, slot.name());
         let message = RayMessage {
             reply: visit.map_or(own, |root| root.to),
             ray: slot.ray,
@@ -265,7 +289,7 @@ impl<W: World> Node<'_, W> {
         if !self.push(to, &Message::Ray(message), now) {
             return false;
         }
-        if slot.tries == 0 {
+        if slot.tries == 0 && !only_lights {
             self.counts.migrated = self.counts.migrated.saturating_add(1);
         }
         if visit.is_some() {
@@ -300,13 +324,14 @@ impl<W: World> Node<'_, W> {
                 slot.set_stage(Stage::Send);
             } else {
                 self.suspect(NodeId(slot.sent_to));
+                self.helpers.remove(slot.sent_to);
                 self.counts.rays_again = self.counts.rays_again.saturating_add(1);
                 slot.tries = slot.tries.saturating_add(1);
                 slot.set_stage(Stage::Send);
-                if slot.tries >= RAY_TRIES {
+                let lights = slot.ray.task() == Task::Lights;
+                if slot.tries >= if lights { LIGHTS_TRIES } else { RAY_TRIES } {
                     self.counts.run_at_home = self.counts.run_at_home.saturating_add(1);
-                    slot.home = 1;
-                    slot.set_stage(Stage::Trace);
+                    slot.run_at_home();
                 }
             }
             self.put(number as u16, slot);
@@ -319,7 +344,7 @@ impl<W: World> Node<'_, W> {
         // Rule 14.
         let by_key = self.keeps(Rule::AnswerByKey);
         let slot = self.rays.get_mut(usize::from(to.slot()))?;
-        let named = slot.stage() == Stage::Away && (slot.ray.key() == to.key() || !by_key);
+        let named = slot.stage() == Stage::Away && (slot.name() == to.key() || !by_key);
         (named && to.node() == self.here).then_some(slot)
     }
 
@@ -333,15 +358,18 @@ impl<W: World> Node<'_, W> {
             return;
         };
         slot.refusals = slot.refusals.saturating_add(1);
-        let home = slot.refusals > most && limited;
+        let helper = (slot.ray.task() == Task::Lights).then_some(slot.sent_to);
+        let home = helper.is_some() || slot.refusals > most && limited;
         if home {
-            slot.home = 1;
             slot.since = oldest;
-            slot.set_stage(Stage::Trace);
+            slot.run_at_home();
         } else {
             slot.sent_to = REFUSED;
             slot.since = now.ticks();
             slot.limit = pause.ticks().max(1);
+        }
+        if let Some(helper) = helper {
+            self.helpers.remove(helper);
         }
         self.counts.refused = self.counts.refused.saturating_add(1);
         if home {
@@ -377,6 +405,10 @@ impl<W: World> Node<'_, W> {
         let number = self.begin_path();
         let mut slot = RaySlot::new(message.ray, at as u16, number).at_trail(&message.trail);
         slot.best = message.best;
+        if slot.ray.task() == Task::Lights {
+            slot.at = [0; 8];
+            slot.set_stage(Stage::Shade);
+        }
         if let Some(number) = self.take_slot(slot) {
             self.enqueue(number);
         }

@@ -5,6 +5,8 @@ use super::{Placement, Time};
 pub struct Settings {
     /// Which rays go where.
     pub schedule: Schedule,
+    /// Who traces the shadow rays of a hit.
+    pub shadow: ShadowPolicy,
     /// Which node owns which block.
     pub placement: Placement,
     /// Refusals of a ray after which the node that sent it runs it itself.
@@ -74,6 +76,20 @@ impl Schedule {
         let specular = splits > 0 && self.migrates(RayKind::Specular);
         nodes > 1 && (self.migrates(RayKind::Camera) || self.migrates(RayKind::Shadow) || specular)
     }
+}
+
+/// Who traces the shadow rays of a hit, where they are demand driven: any node can.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
+pub enum ShadowPolicy {
+    /// The node that has found the hit.
+    Keep,
+    /// Also nodes without work, which the master sends to those that still render.
+    #[default]
+    Offer,
+    /// Also nodes without work, which ask others for some by chance.
+    Steal,
 }
 
 /// How many blocks are fetched ahead for a bundle of shadow rays.

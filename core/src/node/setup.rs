@@ -1,7 +1,8 @@
 use bytemuck::{Pod, Zeroable};
 
 use super::{
-    Node, NodeNeeds, NodePlan, Picture, Prefetch, Schedule, Settings, Share, TaskOrder, Time,
+    Node, NodeNeeds, NodePlan, Picture, Prefetch, Schedule, Settings, ShadowPolicy, Share,
+    TaskOrder, Time,
 };
 use crate::network::{Grid, Mesh, Topology};
 use crate::render::Tiling;
@@ -24,8 +25,8 @@ pub struct Setup {
     pub sizes: [u16; 15],
     /// Which topology.
     pub topology: u8,
-    /// Which schedule: 0 hybrid, 1 demand, 2 data.
-    pub schedule: u8,
+    /// Who traces what: see [`Setup::code`].
+    pub policy: u8,
     /// See [`shade::Settings`].
     pub seed: u64,
     /// See [`Settings::patience`].
@@ -79,7 +80,7 @@ const TREE: u8 = 2;
 const FULL: u8 = 3;
 
 impl Setup {
-    /// The version of this layout: whatever changes it raises it. (1 had a view in place of the camera.)
+    /// The version of this layout: whatever changes it raises it. (1 had a view in place of the camera, and a schedule alone as its policy.)
     pub const VERSION: u32 = 2;
     /// Its length.
     pub const BYTES: usize = size_of::<Self>();
@@ -149,6 +150,7 @@ impl Setup {
     pub const fn settings(&self, share: &Share<'_>) -> Settings {
         Settings {
             schedule: self.schedule(),
+            shadow: self.shadow(),
             placement: *share.placement(),
             refusals: self.refusals,
             prefetch: match self.prefetch {
@@ -181,6 +183,7 @@ impl Setup {
             owned: 0,
             splits: if specular { usize::from(self.bounces.min(SPLITS)) } else { 0 },
             schedule: self.schedule(),
+            shadow: self.shadow(),
             side: usize::from(self.side),
             packet: usize::from(self.payload),
             depth: self.depth,
@@ -212,21 +215,35 @@ impl Setup {
             .map_err(SetupError::Arena)
     }
 
-    /// What a setup says for a schedule.
+    /// What a setup says for these: the number of the first in the lowest two bits, that of the next above it, in the order in which they are declared.
     #[must_use]
-    pub const fn code(schedule: Schedule) -> u8 {
-        match schedule {
+    pub const fn code(schedule: Schedule, shadow: ShadowPolicy) -> u8 {
+        let schedule = match schedule {
             Schedule::Hybrid => 0,
             Schedule::Demand => 1,
             Schedule::Data => 2,
-        }
+        };
+        let shadow = match shadow {
+            ShadowPolicy::Keep => 0,
+            ShadowPolicy::Offer => 1,
+            ShadowPolicy::Steal => 2,
+        };
+        schedule | shadow << 2
     }
 
     const fn schedule(&self) -> Schedule {
-        match self.schedule {
+        match self.policy & 3 {
             0 => Schedule::Hybrid,
             1 => Schedule::Demand,
             _ => Schedule::Data,
+        }
+    }
+
+    const fn shadow(&self) -> ShadowPolicy {
+        match self.policy >> 2 & 3 {
+            0 => ShadowPolicy::Keep,
+            1 => ShadowPolicy::Offer,
+            _ => ShadowPolicy::Steal,
         }
     }
 }

@@ -1,6 +1,7 @@
 use crate::network::NodeId;
+use crate::path::PathKey;
 use crate::protocol::ReturnAddress;
-use crate::shade::{PackedHit, PathRay, Shadow, Sum};
+use crate::shade::{PackedHit, PathRay, Shadow, Sum, Task};
 use crate::trace::Trail;
 use bytemuck::{Pod, Zeroable};
 
@@ -41,7 +42,7 @@ pub(super) struct RaySlot {
     pub(super) home: u8,
     pub(super) refusals: u8,
     pub(super) tries: u8,
-    /// Of an away ray: the node it was sent to.
+    /// Of an away ray: the node it was sent to; of lights that are to be sent: the helper.
     pub(super) sent_to: u16,
     /// Of an away ray: when it was sent, in ticks. Of any other the number of its path, in the order in which they were begun.
     pub(super) since: u32,
@@ -77,6 +78,21 @@ impl RaySlot {
         self.stage = stage as u8;
     }
 
+    /// The name by which its answer is known. The lights of a hit have another than the ray, which may have been in this slot before.
+    pub(super) fn name(&self) -> PathKey {
+        let key = self.ray.key();
+        if self.ray.task() == Task::Lights { key.child(LIGHTS) } else { key }
+    }
+
+    /// No other node shall run it.
+    pub(super) fn run_at_home(&mut self) {
+        self.home = 1;
+        self.set_stage(match self.ray.task() {
+            Task::Lights => Stage::Shade,
+            Task::Path | Task::Shadow => Stage::Trace,
+        });
+    }
+
     pub(super) fn trail(&self) -> Trail {
         let [a, b, c, d, e, ..] = self.at;
         bytemuck::cast([a, b, c, d, e])
@@ -87,6 +103,9 @@ impl RaySlot {
         self.at = [a, b, c, d, e, 0, 0, 0];
     }
 }
+
+/// Behind the children of a point in the order of names: two rays.
+const LIGHTS: u32 = 2;
 
 /// A shadow ray that is run here.
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]

@@ -1,5 +1,5 @@
 use super::slots::{Root, RootState};
-use super::{Node, Time, World};
+use super::{Node, ShadowPolicy, Time, World};
 use crate::network::{HOST, NodeId};
 use crate::protocol::{Item, Message};
 use crate::shade::Sum;
@@ -16,6 +16,10 @@ pub(super) struct Tiles {
     tries: u8,
     /// There was nothing to be had: it asks again at this moment.
     dry: Time,
+    /// It had nothing else to do when it asked last.
+    idle: bool,
+    /// When there was nothing, a node that had work.
+    busy: u32,
     /// Tiles that it may render or give away.
     leases: [(u32, u32); LEASES],
 }
@@ -34,6 +38,8 @@ impl Tiles {
             asked: None,
             tries: 0,
             dry: Time(0),
+            idle: false,
+            busy: u32::MAX,
             leases: [(0, 0); LEASES],
         }
     }
@@ -87,6 +93,8 @@ impl Tiles {
         s.bool(&mut asked);
         self.asked = asked.then_some(later);
         s.pod(&mut self.dry.0);
+        s.pod(&mut self.busy);
+        s.bool(&mut self.idle);
         s.pod(&mut self.number);
         s.pod(&mut self.tries);
         for (first, count) in &mut self.leases {
@@ -128,7 +136,11 @@ impl<W: World> Node<'_, W> {
             let idle = self.free_tile().is_some() && self.tiles.opening(self.roots).is_none();
             u32::from(idle)
         };
-        let waits = self.tiles.asked.is_some_and(|until| now < until) || now < self.tiles.dry;
+        // Who has come to the end of all its work asks once more: the master may know who has some left.
+        let done = self.is_idle() && self.settings.shadow != ShadowPolicy::Keep;
+        let dry = now < self.tiles.dry && (!done || self.tiles.idle);
+        self.tiles.idle &= done;
+        let waits = self.tiles.asked.is_some_and(|until| now < until) || dry;
         if wanted == 0 || waits {
             return;
         }
@@ -141,6 +153,9 @@ impl<W: World> Node<'_, W> {
         if self.push(to, &ask, now) {
             let wait = self.settings.patience.doubled(self.tiles.tries.min(6));
             self.tiles.asked = Some(now.after(wait));
+            // The answer says anew how long there is nothing; if none comes, it asks again.
+            self.tiles.dry = Time(0);
+            self.tiles.idle = done;
         }
     }
 
@@ -191,6 +206,8 @@ impl<W: World> Node<'_, W> {
         self.tiles.number = self.tiles.number.wrapping_add(1);
         if count == 0 {
             self.tiles.dry = now.after(Time(u64::from(wait).saturating_mul(1000)));
+            self.tiles.busy = first;
+            self.offer_help(number, first, now);
         } else if let Some(lease) = self.tiles.leases.iter_mut().find(|(_, count)| *count == 0) {
             *lease = (first, count);
         }
@@ -205,7 +222,7 @@ impl<W: World> Node<'_, W> {
                 // Until the host has answered, or again has tiles.
                 let wait = self.tiles.until(now).0.saturating_sub(now.0);
                 let wait = (wait / 1000).clamp(10, self.settings.patience.0 / 1000 + 10) as u32;
-                Message::Grant { number, first: 0, count: 0, wait }
+                Message::Grant { number, first: self.tiles.busy, count: 0, wait }
             }
         };
         self.push(from, &grant, now);

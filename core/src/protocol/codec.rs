@@ -32,6 +32,7 @@ const RAY: u8 = 8;
 const ANSWER: u8 = 9;
 const REFUSAL: u8 = 10;
 const AT_WORK: u8 = 11;
+const IDLE: u8 = 12;
 
 /// Writes a message behind the first `len` bytes of `out`: the new length, or `None` if there is no room.
 #[must_use]
@@ -57,6 +58,7 @@ pub fn write(out: &mut [u8], len: usize, message: &Message<'_>) -> Option<usize>
         }
         Message::Refusal { to } => (REFUSAL, bytes_of(to), &[]),
         Message::AtWork { to } => (AT_WORK, bytes_of(to), &[]),
+        Message::Idle => (IDLE, &[], &[]),
     };
     put(out, len, kind, fields, rest)
 }
@@ -156,6 +158,7 @@ fn read<'a>(rest: &mut &'a [u8]) -> Option<Message<'a>> {
         ANSWER => Message::Answer { to: take::<ReturnAddress>(body)?, sum: join(take(body)?) },
         REFUSAL => Message::Refusal { to: take(body)? },
         AT_WORK => Message::AtWork { to: take(body)? },
+        IDLE => Message::Idle,
         _ => return None,
     };
     body.is_empty().then_some(message)

@@ -91,11 +91,13 @@ pub enum Message<'a> {
         number: u32,
         /// The first place.
         first: u32,
-        /// How many; 0 for none now.
+        /// How many; 0 for none now: then the first place is the number of a node that has work, if there is such a node.
         count: u32,
         /// When there are none: how long to wait before asking again \[µs\].
         wait: u32,
     },
+    /// The sender has nothing to do, and would take some of the receiver's work.
+    Idle,
     /// Sums of a run of pixels of a tile.
     Pixels {
         /// The tile, by its place in the order of work.
@@ -143,6 +145,7 @@ impl Message<'_> {
         match self {
             Self::Fetch { .. }
             | Self::Ask { .. }
+            | Self::Idle
             | Self::Pixels { .. }
             | Self::Lost { .. }
             | Self::Ray(_) => Channel::Request,
@@ -161,9 +164,11 @@ impl Message<'_> {
         match self {
             Self::Fetch { .. } | Self::Lost { .. } => 1,
             Self::Part { .. } => 2,
-            Self::Ask { .. } | Self::Grant { .. } | Self::Pixels { .. } | Self::Accepted { .. } => {
-                3
-            }
+            Self::Ask { .. }
+            | Self::Idle
+            | Self::Grant { .. }
+            | Self::Pixels { .. }
+            | Self::Accepted { .. } => 3,
             Self::Ray(_) | Self::Answer { .. } | Self::Refusal { .. } | Self::AtWork { .. } => 4,
         }
     }

@@ -10,6 +10,7 @@
 //! | [`Part`](Message::Part) | reply | 2 | a piece of a block |
 //! | [`Ask`](Message::Ask) | request | 3 | I can take tiles (to a master) |
 //! | [`Grant`](Message::Grant) | reply | 3 | render these tiles; or none now |
+//! | [`Idle`](Message::Idle) | request | 3 | I would take some of your work |
 //! | [`Pixels`](Message::Pixels) | request | 3 | sums of a tile (to the host) |
 //! | [`Accepted`](Message::Accepted) | reply | 3 | a tile is complete |
 //! | [`Lost`](Message::Lost) | request | 1 | no copy of this block answers (to the host) |

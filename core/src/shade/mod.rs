@@ -32,7 +32,7 @@ mod trace;
 pub use children::Child;
 pub use counts::Counts;
 pub use direct::{Bundle, Direct, ShadowRay};
-pub use packed::{PackedHit, PathRay, Shadow};
+pub use packed::{PackedHit, PathRay, Shadow, Task};
 pub use path::Path;
 pub use point::{Point, SPLITS};
 pub use settings::Settings;

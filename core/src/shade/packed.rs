@@ -19,9 +19,21 @@ pub struct PathRay {
     pixel: u16,
     medium: u16,
     depth: u8,
-    /// 1 for a shadow ray.
-    shadow: u8,
+    /// A [`Task`].
+    task: u8,
     _zero: [u8; 2],
+}
+
+/// What is asked of a [`PathRay`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[repr(u8)]
+pub enum Task {
+    /// Its closest hit, and all that follows from it.
+    Path = 0,
+    /// What is in its way.
+    Shadow = 1,
+    /// What the lights bring to its hit, which is known.
+    Lights = 2,
 }
 
 impl PathRay {
@@ -40,7 +52,7 @@ impl PathRay {
             pixel,
             medium: path.medium,
             depth: path.depth,
-            shadow: 0,
+            task: Task::Path as u8,
             _zero: [0; 2],
         }
     }
@@ -49,7 +61,7 @@ impl PathRay {
     #[must_use]
     pub fn of_shadow(shadow: &Shadow, key: PathKey, pixel: u16) -> Self {
         let path = Path { throughput: shadow.light(), ..Path::camera(key) };
-        Self { shadow: 1, ..Self::new(&shadow.ray(), &path, pixel) }
+        Self::new(&shadow.ray(), &path, pixel).with_task(Task::Shadow)
     }
 
     /// The ray.
@@ -98,7 +110,23 @@ impl PathRay {
     /// Whether it only asks what is in its way.
     #[must_use]
     pub const fn is_shadow(&self) -> bool {
-        self.shadow != 0
+        self.task == Task::Shadow as u8
+    }
+
+    /// What is asked of it.
+    #[must_use]
+    pub const fn task(&self) -> Task {
+        match self.task {
+            1 => Task::Shadow,
+            2 => Task::Lights,
+            _ => Task::Path,
+        }
+    }
+
+    /// The same ray, of which something else is asked.
+    #[must_use]
+    pub const fn with_task(self, task: Task) -> Self {
+        Self { task: task as u8, ..self }
     }
 }
 

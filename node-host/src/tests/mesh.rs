@@ -37,6 +37,7 @@ pub(super) fn config(file: &KiloFile, nodes: usize, topology: &str, memory: usiz
             memory,
             packet: 0,
             schedule: node::Schedule::Hybrid,
+            shadow: node::ShadowPolicy::default(),
             placement: node::Dealing::Subtrees,
             top: None,
             replicas: 1,

@@ -1,7 +1,8 @@
 use kiloray_core::block::KiloView;
 use kiloray_core::network::{HOST, Mesh, NodeId, PacketHeader, RouterSize, Topology};
 use kiloray_core::node::{
-    Dealing, NodeNeeds, NodePlan, Placement, Prefetch, Rom, Schedule, Settings, TaskOrder, Time,
+    Dealing, NodeNeeds, NodePlan, Placement, Prefetch, Rom, Schedule, Settings, ShadowPolicy,
+    TaskOrder, Time,
 };
 use kiloray_core::shade::{self, Shader, Tables};
 use kiloray_core::store::{Budget, BudgetError};
@@ -23,6 +24,8 @@ pub struct MeshOptions {
     pub packet: u16,
     /// Which rays go where.
     pub schedule: Schedule,
+    /// Who traces the shadow rays of a hit.
+    pub shadow: ShadowPolicy,
     /// How blocks are dealt out to nodes.
     pub dealing: Dealing,
     /// Blocks that every node has; `None` for as many as suit the scene.
@@ -55,6 +58,7 @@ impl MeshOptions {
             memory: 256 << 10,
             packet: 0,
             schedule: Schedule::Hybrid,
+            shadow: ShadowPolicy::default(),
             dealing: Dealing::Subtrees,
             top: None,
             replicas: 1,
@@ -127,6 +131,7 @@ impl MeshLayout {
                 owned: if options.owned_in_arena { owned } else { 0 },
                 splits,
                 schedule: options.schedule,
+                shadow: options.shadow,
                 side: side as usize,
                 packet: usize::from(options.packet).saturating_sub(PacketHeader::BYTES),
                 depth: 0,
@@ -139,6 +144,7 @@ impl MeshLayout {
         let (patience, bundle_age) = pace(packet);
         let settings = Settings {
             schedule: options.schedule,
+            shadow: options.shadow,
             placement,
             refusals: options.refusals,
             prefetch: options.prefetch,

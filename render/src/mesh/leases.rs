@@ -20,6 +20,8 @@ pub(super) struct Leases {
     askers: BTreeMap<NodeId, Asker>,
     askers_min: u32,
     delay: Delay,
+    /// Nodes that were named to those that had no work.
+    named: usize,
     pub(super) counts: LeaseCounts,
 }
 
@@ -50,7 +52,7 @@ struct Asker {
     count: u32,
 }
 
-/// A run of places, or how long to wait \[µs\].
+/// A run of places; or, where it has none, a node that still renders, and how long to wait \[µs\].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Given {
     pub(super) first: u32,
@@ -71,6 +73,7 @@ impl Leases {
             askers: BTreeMap::new(),
             askers_min: 1,
             delay: Delay::default(),
+            named: 0,
             counts: LeaseCounts::default(),
         }
     }
@@ -101,7 +104,10 @@ impl Leases {
             self.give(now, place, from);
         }
         self.askers.insert(from, Asker { number, first, count });
-        Given { first, count, wait: if count > 0 { 0 } else { self.wait(now, from) } }
+        if count > 0 {
+            return Given { first, count, wait: 0 };
+        }
+        Given { first: self.busy(from), count, wait: self.wait(now, from) }
     }
 
     /// Notes that a tile is complete.
@@ -175,6 +181,15 @@ impl Leases {
             lease.holders.push(to);
         }
         let _ = self.out.insert((now, place));
+    }
+
+    /// A node that has a place which is not complete: such nodes in turn, each as often as it has places.
+    fn busy(&mut self, asker: NodeId) -> u32 {
+        self.named = self.named.wrapping_add(1);
+        let holder = |&(_, place): &(Time, u32)| self.tiles[place as usize].holders.last().copied();
+        let others = || self.out.iter().filter_map(holder).filter(|&node| node != asker);
+        let at = self.named.checked_rem(others().count());
+        at.and_then(|at| others().nth(at)).map_or(u32::MAX, |node| u32::from(node.0))
     }
 
     /// How long an asker that gets nothing waits: until a place is due, but no longer than the oldest is out, as the limit may fall \[µs\].

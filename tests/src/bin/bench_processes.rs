@@ -12,7 +12,7 @@ use std::time::{Duration, Instant};
 use clap::Parser;
 use cpu_time::ProcessTime;
 use kiloray_core::network::Topology;
-use kiloray_core::node::{Dealing, Prefetch, Schedule, TaskOrder};
+use kiloray_core::node::{Dealing, Prefetch, Schedule, ShadowPolicy, TaskOrder};
 use kiloray_core::shade::Settings;
 use kiloray_host::{
     Config, Control, Folder, MeshConfig, Outcome, PictureConfig, Spent, Supervisor, run_host,
@@ -172,6 +172,7 @@ fn hosted(file: &KiloFile, arguments: &Arguments, nodes: u16) -> Result<(Outcome
             memory: arguments.memory << 20,
             packet: arguments.packet,
             schedule: Schedule::Hybrid,
+            shadow: ShadowPolicy::default(),
             placement: Dealing::Subtrees,
             top: None,
             replicas: 1,

@@ -11,7 +11,7 @@ use kiloray_core::block::KiloView;
 use kiloray_core::network::{HOST, Mesh, NodeId, PacketHeader, Port, Router, RouterSize, Topology};
 use kiloray_core::node::{
     Actor, Clock, Dealing, Joint, Next, Node, NodeNeeds, NodePlan, Picture, Placement, Prefetch,
-    Rom, Schedule, Settings, TaskOrder, Time, run,
+    Rom, Schedule, Settings, ShadowPolicy, TaskOrder, Time, run,
 };
 use kiloray_core::render::Tiling;
 use kiloray_core::shade::{SPLITS, Shader, Tables};
@@ -89,6 +89,7 @@ fn by_two_nodes(
     };
     let settings = Settings {
         schedule: Schedule::Hybrid,
+        shadow: ShadowPolicy::default(),
         placement,
         refusals: 2,
         prefetch: Prefetch::Nearest(0),
@@ -107,6 +108,7 @@ fn by_two_nodes(
             owned: 0,
             splits: usize::from(SPLITS),
             schedule: settings.schedule,
+            shadow: settings.shadow,
             side: SIDE as usize,
             packet: 0,
             depth: 0,

@@ -121,6 +121,7 @@ impl Run<'_> {
         all["nodes"] = json!(o.topology.nodes());
         all["topology"] = json!(self.division.topology_name(&o.topology));
         all["prefetch"] = json!(prefetch(o.prefetch));
+        all["shadow"] = json!(o.shadow);
         all["task_order"] = json!(format!("{:?}", o.order).to_lowercase());
         all["packet"] = json!(o.packet);
         all["group"] = json!(o.group);

@@ -7,7 +7,7 @@ use kiloray_host::{Config, Folder, Job, MeshConfig, PictureConfig};
 use kiloray_render::{MeshOptions, framing};
 
 use crate::{
-    args::{self, Bounds, Common, Division, Placement, Prefetch, Schedule, TaskOrder, Top},
+    args::{self, Bounds, Common, Division, Placement, Prefetch, Schedule, Shadow, TaskOrder, Top},
     command::{division, engine, node::refused},
     failure::{Failure, Outcome},
     scene::{self, Scene},
@@ -70,6 +70,11 @@ fn of_config(host: &args::Host, path: &Path) -> Outcome<Prepared> {
             node::Schedule::Demand => Schedule::Demand,
             node::Schedule::Data => Schedule::Data,
         },
+        shadow: Some(match options.shadow {
+            node::ShadowPolicy::Keep => Shadow::Keep,
+            node::ShadowPolicy::Offer => Shadow::Offer,
+            node::ShadowPolicy::Steal => Shadow::Steal,
+        }),
         prefetch: Some(match options.prefetch {
             node::Prefetch::All => Prefetch::All,
             node::Prefetch::Nearest(blocks) => Prefetch::Nearest(blocks),
@@ -178,6 +183,7 @@ fn mesh(division: &Division, options: &MeshOptions, enforce: bool) -> MeshConfig
         memory: options.memory,
         packet: options.packet,
         schedule: options.schedule,
+        shadow: options.shadow,
         placement: options.dealing,
         top: options.top,
         replicas: options.replicas,

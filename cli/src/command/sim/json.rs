@@ -136,6 +136,7 @@ impl Run<'_> {
         options["nodes"] = json!(o.mesh.topology.nodes());
         options["topology"] = json!(self.topology);
         options["prefetch"] = json!(prefetch(o.mesh.prefetch));
+        options["shadow"] = json!(o.mesh.shadow);
         options["task_order"] = json!(format!("{:?}", o.mesh.order).to_lowercase());
         options["link_bandwidth"] = json!(o.link.bandwidth);
         options["link_latency"] = json!(o.link.latency);

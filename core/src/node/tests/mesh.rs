@@ -18,6 +18,7 @@ pub(super) struct Setup {
     pub(super) topology: Topology,
     pub(super) toy: Toy,
     pub(super) schedule: Schedule,
+    pub(super) shadow: ShadowPolicy,
     pub(super) top: u32,
     pub(super) replicas: u16,
     pub(super) refusals: u8,
@@ -151,6 +152,7 @@ impl Setup {
             owned: 0,
             splits: self.toy.splits as usize,
             schedule: self.schedule,
+            shadow: self.shadow,
             side: 1,
             packet: 0,
             depth: 1,
@@ -180,6 +182,7 @@ impl<'a> World<'a> {
         let (host_memory, node_memory) = memory.split_last_mut().unwrap();
         let settings = Settings {
             schedule: setup.schedule,
+            shadow: setup.shadow,
             placement: setup.placement(),
             refusals: setup.refusals,
             prefetch: Prefetch::Nearest(0),
@@ -522,7 +525,8 @@ impl<'a> World<'a> {
                         *asker = match missing.filter(|_| late) {
                             _ if count > 0 => [number, self.given, count],
                             Some(tile) => [number, tile as u32, 1],
-                            None => [number, 0, 0],
+                            // A node that may have work: all in turn.
+                            None => [number, number % self.nodes.len() as u32, 0],
                         };
                         self.given += count;
                     }

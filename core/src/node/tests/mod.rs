@@ -8,9 +8,10 @@ mod walks;
 
 use self::mesh::{Faults, More, Setup};
 use self::toy::Toy;
-use super::{Schedule, TaskOrder};
+use super::{Schedule, ShadowPolicy, TaskOrder};
 use crate::network::Topology;
 
+const SHADOWS: [ShadowPolicy; 3] = [ShadowPolicy::Keep, ShadowPolicy::Offer, ShadowPolicy::Steal];
 const SCHEDULES: [Schedule; 3] = [Schedule::Hybrid, Schedule::Demand, Schedule::Data];
 
 fn setup(topology: (&str, u32), schedule: Schedule, toy: Toy) -> Setup {
@@ -18,6 +19,7 @@ fn setup(topology: (&str, u32), schedule: Schedule, toy: Toy) -> Setup {
         topology: Topology::parse(topology.0, topology.1).unwrap(),
         toy,
         schedule,
+        shadow: ShadowPolicy::Keep,
         top: 1,
         replicas: 1,
         refusals: 1,

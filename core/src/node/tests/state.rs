@@ -3,6 +3,7 @@
 use super::super::rays::REFUSED;
 use super::super::slots::{RaySlot, RootState, Stage};
 use super::super::{Counts, Node, TaskOrder, Time, World};
+use crate::shade::Task;
 use crate::tests::snapshot::Snapshot;
 use std::vec::Vec;
 
@@ -54,7 +55,10 @@ impl<W: World> Node<'_, W> {
                 slot.limit = if slot.limit == u32::MAX { u32::MAX } else { 1 };
                 slot.refusals = slot.refusals.min(most);
             } else {
-                (slot.limit, slot.sent_to) = (0, 0);
+                slot.limit = 0;
+                if slot.ray.task() != Task::Lights || slot.stage() != Stage::Send {
+                    slot.sent_to = 0;
+                }
             }
             s.pod(slot);
         }
@@ -119,6 +123,8 @@ impl<W: World> Node<'_, W> {
         }
         self.suspects.sort_unstable();
         s.all(&mut self.suspects);
+        s.all(&mut self.helpers.nodes);
+        s.pod(&mut self.helpers.rays_per_hit);
         let mut lost = self.lost.map_or(0, |block| block + 1);
         s.pod(&mut lost);
         self.lost = lost.checked_sub(1);

@@ -221,6 +221,27 @@ fn when_all_is_there_nobody_needs_to_ask_again() {
         assert!(send(&mut ledger, MS, (tile, 0), 16, 1));
     }
     assert!(ledger.is_complete());
-    assert_eq!(ask(&mut ledger, 2 * MS, B, 0, 1), (0, 0, u32::MAX));
-    assert_eq!(ask(&mut ledger, 2 * MS, A, 1, 1), (0, 0, u32::MAX));
+    assert_eq!(ask(&mut ledger, 2 * MS, B, 0, 1), (u32::MAX, 0, u32::MAX));
+    assert_eq!(ask(&mut ledger, 2 * MS, A, 1, 1), (u32::MAX, 0, u32::MAX));
+}
+
+/// By the order in which they were given: no oracle but the places that are out, each with one holder.
+#[test]
+fn who_finds_no_tile_is_told_who_has_some() {
+    let mut ledger = ledger();
+    // A has one tile in four, the others are B's.
+    for tile in 0..16 {
+        let asker = if tile % 4 == 0 { A } else { B };
+        assert_eq!(ask(&mut ledger, 0, asker, tile, 1).0, tile);
+    }
+    let named: Vec<_> = (0..16).map(|n| ask(&mut ledger, 1, NodeId(3), n, 1).0).collect();
+    let times = |node: NodeId| named.iter().filter(|&&n| n == u32::from(node.0)).count();
+    assert_eq!((times(A), times(B)), (4, 12), "{named:?}");
+    // Nobody is sent to itself.
+    assert_eq!(ask(&mut ledger, 2, A, 13, 1).0, u32::from(B.0));
+    assert_eq!(ask(&mut ledger, 2, B, 16, 1).0, u32::from(A.0));
+    for tile in (0..16).filter(|tile| tile % 4 != 0) {
+        assert!(send(&mut ledger, 3, (tile, 0), 16, 9));
+    }
+    assert_eq!(ask(&mut ledger, 4, NodeId(3), 16, 1).0, u32::from(A.0));
 }

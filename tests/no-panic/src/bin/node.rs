@@ -7,7 +7,7 @@ use kiloray_core::block::KiloView;
 use kiloray_core::network::{Mesh, NodeId, Port, RouterSize, Topology};
 use kiloray_core::node::{
     Dealing, Node, NodeNeeds, NodePlan, Picture, Placement, Prefetch, Rom, Schedule, Settings,
-    TaskOrder, Time,
+    ShadowPolicy, TaskOrder, Time,
 };
 use kiloray_core::render::Tiling;
 use kiloray_core::shade::{self, Shader, Tables};
@@ -17,6 +17,14 @@ use kiloray_core::view::Camera;
 use kiloray_no_panic::{any, any_bytes, any_room, entry, print};
 
 #[inline(never)]
+fn shadow() -> ShadowPolicy {
+    match any::<u8>() {
+        0 => ShadowPolicy::Keep,
+        1 => ShadowPolicy::Offer,
+        _ => ShadowPolicy::Steal,
+    }
+}
+
 fn settings() -> Settings {
     let dealing = if any::<u8>() == 0 { Dealing::Subtrees } else { Dealing::RoundRobin };
     let placement = Placement { dealing, blocks: any(), nodes: any(), top: any(), replicas: any() };
@@ -26,6 +34,7 @@ fn settings() -> Settings {
             1 => Schedule::Demand,
             _ => Schedule::Data,
         },
+        shadow: shadow(),
         placement,
         refusals: any(),
         prefetch: if any::<u8>() == 0 { Prefetch::All } else { Prefetch::Nearest(any()) },
@@ -46,6 +55,7 @@ fn plan(mesh: Mesh, schedule: Schedule) -> Option<NodePlan> {
         owned: any(),
         splits: any(),
         schedule,
+        shadow: shadow(),
         side: any(),
         packet: any(),
         depth: any(),

@@ -1,10 +1,10 @@
 //! What is searched in full: small meshes with one packet to a buffer and the least memory.
 
-use super::super::mesh::{Faults, Setup};
+use super::super::mesh::{Faults, More, Setup};
 use super::super::toy::{NO_ENDS, Toy};
 use super::super::{SCHEDULES, setup};
 use super::{describe, explore};
-use crate::node::{Schedule, TaskOrder};
+use crate::node::{Schedule, ShadowPolicy, TaskOrder};
 
 /// States that a search in the suite may have. `KILORAY_CHECK=1000000` looks further than the suite has time for.
 fn most() -> usize {
@@ -73,6 +73,21 @@ fn the_oldest_path_may_go_first() {
     for schedule in SCHEDULES {
         for (topology, tiles, splits) in [(("line", 2), 2, 1), (("ring", 3), 1, 1)] {
             holds(&Setup { order: TaskOrder::Made, ..mesh(topology, tiles, splits, schedule) });
+        }
+    }
+}
+
+#[test]
+fn who_has_nothing_to_do_may_ask_the_lights_of_others() {
+    let none = Faults::default();
+    for shadow in [ShadowPolicy::Offer, ShadowPolicy::Steal] {
+        for (schedule, splits) in
+            [(Schedule::Demand, 0), (Schedule::Demand, 1), (Schedule::Hybrid, 1)]
+        {
+            for faults in [none, Faults { losses: 1, ..none }, Faults { early: 1, ..none }] {
+                let more = More { rays: 1, shadows: 1, ..More::default() };
+                holds(&Setup { shadow, more, faults, ..mesh(("line", 2), 2, splits, schedule) });
+            }
         }
     }
 }
