@@ -21,6 +21,16 @@ pub enum Error {
     /// The plan and the node disagree.
     #[error("{0}")]
     Arena(#[from] ArenaFull),
+    /// This machine does not have the memory of all nodes.
+    #[error("the memory of {nodes} nodes, {bytes} bytes each, cannot be had: {cause}")]
+    Memory {
+        /// Nodes.
+        nodes: usize,
+        /// The arena of each \[bytes\].
+        bytes: usize,
+        /// Why.
+        cause: std::io::Error,
+    },
     /// A packet holds no message.
     #[error("packets of {packet} bytes are too small: at least {least} are needed")]
     Packet {

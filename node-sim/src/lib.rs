@@ -5,6 +5,7 @@
 //! carries out become virtual time by a [`Profile`]. The same options give the same run, to the byte.
 #![forbid(unsafe_code)]
 
+mod arenas;
 mod check;
 mod error;
 mod options;

@@ -11,6 +11,7 @@ use kiloray_core::view::Camera;
 use kiloray_render::{Ledger, MeshLayout};
 use kiloray_simd::Auto;
 
+use crate::arenas::Arenas;
 use crate::check::check;
 use crate::pace::layout;
 use crate::run::{Actor, Run, RunSettings};
@@ -51,10 +52,10 @@ pub fn simulate(
         if options.profile.together { picture.together_in(&room) } else { picture }
     };
 
-    let mut arenas = Vec::new();
-    arenas.resize_with(layout.plans.len(), || vec![Chunk::ZERO; options.mesh.memory / CHUNK_BYTES]);
+    let chunks = options.mesh.memory / CHUNK_BYTES;
+    let mut arenas = Arenas::new(layout.plans.len(), chunks)?;
     let nodes: Result<Vec<_>, ArenaFull> = arenas
-        .iter_mut()
+        .each()
         .zip(&layout.plans)
         .enumerate()
         .map(|(index, (arena, plan))| {

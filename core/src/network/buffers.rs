@@ -181,14 +181,16 @@ pub(super) struct Fifo {
 }
 
 impl Fifo {
-    /// It has a new head, or none.
-    pub(super) fn set_head(&mut self, head: Option<&Slot>) {
+    /// It has a new head, or none. Gives where the last one was to go, and this one.
+    pub(super) fn set_head(&mut self, head: Option<&Slot>) -> (u16, u16) {
+        let before = self.port;
         match head {
             Some(slot) => {
                 (self.port, self.class, self.priority) = (slot.port, slot.class, slot.priority);
             }
             None => self.port = NONE,
         }
+        (before, self.port)
     }
 }
 

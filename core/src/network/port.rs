@@ -13,6 +13,8 @@ pub(super) struct PortState {
     told: [Sequence; LANES],
     /// The queue after the one that was served last.
     pub(super) turn: u16,
+    /// Queues whose heads leave by this port next: of most ports there is none to look for.
+    pub(super) waiting: u16,
     /// Why a control packet is to be sent: 0, [`TELL`] or [`ASK`].
     pub(super) control: u8,
     _zero: u8,
@@ -32,9 +34,15 @@ impl PortState {
             receivers,
             told: receivers.map(|receiver| receiver.limit()),
             turn: 0,
+            waiting: 0,
             control: 0,
             _zero: 0,
         }
+    }
+
+    /// The same with so many queues whose heads leave by this port.
+    pub(super) const fn with_waiting(self, waiting: u16) -> Self {
+        Self { waiting, ..self }
     }
 
     /// Whether credit of any lane has not come back.

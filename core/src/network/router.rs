@@ -43,6 +43,8 @@ pub struct Router<'a> {
     held: [u8; Channel::ALL.len()],
     /// The queue after the one that was consumed last, by channel.
     turns: [u16; Channel::ALL.len()],
+    /// Queues whose heads have arrived.
+    arrived: u16,
     /// See [`take_changed`](Self::take_changed).
     changed: u64,
     /// See [`take_news`](Self::take_news).
@@ -71,6 +73,7 @@ impl<'a> Router<'a> {
             holds: false,
             held: [0; Channel::ALL.len()],
             turns: [0; Channel::ALL.len()],
+            arrived: 0,
             changed: 0,
             news: false,
             #[cfg(test)]
@@ -233,7 +236,9 @@ impl<'a> Router<'a> {
         if let Some(turn) = self.turns.get_mut(channel as usize) {
             *turn = queue.wrapping_add(1) as u16;
         }
-        self.pass_over(|at, fifo| at != queue && fifo.port == ARRIVED && is_of(at, channel));
+        if self.arrived > 1 {
+            self.pass_over(|at, fifo| at != queue && fifo.port == ARRIVED && is_of(at, channel));
+        }
         self.pop(queue);
     }
 
@@ -317,8 +322,11 @@ impl<'a> Router<'a> {
             ..state.header(PacketHeader::DATA)
         };
         state.control = 0;
+        let others = state.waiting > 1;
         head.copy_from_slice(bytemuck::bytes_of(&header));
-        self.pass_over(|at, fifo| at != queue && fifo.port == port.0);
+        if others {
+            self.pass_over(|at, fifo| at != queue && fifo.port == port.0);
+        }
         self.pop(queue);
         Some(len)
     }
@@ -454,13 +462,29 @@ impl<'a> Router<'a> {
     fn note_head(&mut self, queue: usize) {
         let head = self.slot_at_head(queue).copied();
         if let Some(fifo) = self.memory.fifos.get_mut(queue) {
-            fifo.set_head(head.as_ref());
+            let (before, after) = fifo.set_head(head.as_ref());
+            if before != after {
+                if let Some(waiting) = self.waiting(before) {
+                    *waiting = waiting.saturating_sub(1);
+                }
+                if let Some(waiting) = self.waiting(after) {
+                    *waiting = waiting.saturating_add(1);
+                }
+            }
         }
         match head {
             Some(slot) if slot.port == ARRIVED => self.news = true,
             Some(slot) => self.changed |= port_bit(slot.port),
             None => {}
         }
+    }
+
+    /// The number of queues whose heads are to go there.
+    fn waiting(&mut self, port: u16) -> Option<&mut u16> {
+        if port == ARRIVED {
+            return Some(&mut self.arrived);
+        }
+        self.memory.ports.get_mut(usize::from(port)).map(|state| &mut state.waiting)
     }
 
     /// Packets that a queue can hold.

@@ -44,7 +44,12 @@ pub struct Node<'a, W> {
     pub(super) tiles: Tiles,
     /// The sums of tile after tile.
     pub(super) sums: &'a mut [Sum],
+    /// Visits among the roots.
+    pub(super) visitors: u16,
     pub(super) fetches: &'a mut [FetchSlot],
+    /// Some fetch may be to be sent, or complete: where not, none is looked for.
+    pub(super) unsent: bool,
+    pub(super) complete: bool,
     /// Some ray waits for a block for which there was no frame.
     pub(super) starved: bool,
     /// The request packet that is being dealt with (rule 6).
@@ -70,7 +75,7 @@ pub struct Node<'a, W> {
     /// A block that no copy could be had of, to be reported.
     pub(super) lost: Option<u32>,
     pub(super) counts: Counts,
-    /// Steps since the last message.
+    /// Steps since another node has asked for something.
     pub(super) quiet: u8,
     /// Of the step that is being taken.
     pub(super) work: Work,
@@ -85,6 +90,8 @@ pub(super) const SUSPECTS: usize = 8;
 
 /// Rays that a step works on before it looks for messages again: others wait for this node's blocks.
 const QUANTUM: u32 = 2;
+/// The same of a node that nobody has asked for anything of late.
+const QUANTUM_QUIET: u32 = 8;
 /// Requests that a step deals with.
 const REQUESTS: u32 = 16;
 
@@ -135,7 +142,10 @@ impl<'a, W: World> Node<'a, W> {
             roots: arena.carve(plan.tiles.saturating_add(plan.visits))?,
             tiles: Tiles::new(plan.tiles, plan.pixels()),
             sums: arena.carve(pixels)?,
+            visitors: 0,
             fetches: arena.carve(plan.fetches)?,
+            unsent: false,
+            complete: false,
             starved: false,
             inbox: arena.carve(usize::from(plan.router.payload_of(Channel::Request)))?,
             inbox_at: 0,
@@ -201,21 +211,21 @@ impl<'a, W: World> Node<'a, W> {
     /// Rays, shadow rays and visits that it holds now.
     #[must_use]
     pub fn stored(&self) -> usize {
-        let visits = self.roots.iter().filter(|root| root.is_visit()).count();
-        self.rays.len() - self.free_len + self.fresh + self.parked + visits
+        self.rays.len() - self.free_len + self.fresh + self.parked + usize::from(self.visitors)
     }
 
     /// Takes a step.
     pub fn poll(&mut self, now: Time) -> Progress {
         self.work = Work::default();
+        self.quiet = self.quiet.saturating_add(1);
         self.replies(now);
         self.requests(now, REQUESTS);
         if now >= self.next_deadline {
             self.deadlines(now);
         }
         let mut worked = u32::from(self.check_block(now));
-        self.quiet = if self.work.messages > 0 { 0 } else { self.quiet.saturating_add(1) };
-        while worked < QUANTUM {
+        let quantum = if self.is_quiet() { QUANTUM_QUIET } else { QUANTUM };
+        while worked < quantum {
             let rays = self.step(now);
             if rays == 0 {
                 break;
@@ -281,7 +291,7 @@ impl<'a, W: World> Node<'a, W> {
     fn is_runnable(&self) -> bool {
         self.fresh > 0
             || !self.ready.is_empty()
-            || self.fetches.iter().any(FetchSlot::is_complete)
+            || self.complete && self.fetches.iter().any(FetchSlot::is_complete)
             || self.can_open_camera_rays()
     }
 
@@ -365,7 +375,8 @@ impl<'a, W: World> Node<'a, W> {
 
     /// Answers the visits that have ended. A visit keeps its answer until there is room for it (rule 3).
     fn answer_visits(&mut self, now: Time) {
-        for at in self.tiles.len()..self.roots.len() {
+        let visits = if self.visitors > 0 { self.tiles.len()..self.roots.len() } else { 0..0 };
+        for at in visits {
             let Some(root) = self.roots.get(at) else { break };
             if root.state() != RootState::Answering {
                 continue;
@@ -380,6 +391,7 @@ impl<'a, W: World> Node<'a, W> {
 
     pub(super) fn free_root(&mut self, at: usize) {
         if let Some(root) = self.roots.get_mut(at) {
+            self.visitors = self.visitors.saturating_sub(u16::from(root.is_visit()));
             *root = bytemuck::Zeroable::zeroed();
         }
     }

@@ -61,11 +61,15 @@ impl<W: World> Node<'_, W> {
         if let Some(fetch) = self.fetches.get_mut(at) {
             let begun = now.ticks();
             *fetch = FetchSlot { block, begun, state: TO_BE_SENT, ..FetchSlot::zeroed() };
+            self.unsent = true;
         }
     }
 
     /// Sends the requests for blocks that have not left.
     pub(super) fn send_fetches(&mut self, now: Time) {
+        if !core::mem::take(&mut self.unsent) {
+            return;
+        }
         for at in 0..self.fetches.len() {
             let Some(&(mut fetch)) = self.fetches.get(at) else { break };
             if fetch.state != TO_BE_SENT {
@@ -75,9 +79,11 @@ impl<W: World> Node<'_, W> {
             let block = fetch.block;
             let Some(to) = self.owner_for(block, fetch.tries) else {
                 self.lost = Some(block);
+                self.unsent = true;
                 continue;
             };
             if !self.push(to, &Message::Fetch { block, offset }, now) {
+                self.unsent = true;
                 break;
             }
             let limit = self.settings.limit(self.fetch_time).doubled(fetch.tries.min(5));
@@ -110,6 +116,7 @@ impl<W: World> Node<'_, W> {
             fetch.tries = fetch.tries.saturating_add(1);
             fetch.again = 1;
             fetch.state = TO_BE_SENT;
+            self.unsent = true;
             let hops = self.router.mesh().distance(self.here, fetch.asked());
             let tries = FETCH_TRIES.saturating_add(hops.saturating_sub(NEAR));
             let most = self.settings.placement.copies().saturating_mul(tries);
@@ -143,13 +150,18 @@ impl<W: World> Node<'_, W> {
             self.fetch_time = smoothed(self.fetch_time, took);
         }
         fetch.state = COMPLETE;
+        self.complete = true;
     }
 
     /// Checks one of the blocks that are complete, and lets those go on that wait for it: whether there was one.
     ///
     /// Its link buffers are free by then: what takes as long as some rays keeps no packet waiting.
     pub(super) fn check_block(&mut self, now: Time) -> bool {
+        if !self.complete {
+            return false;
+        }
         let Some(fetch) = self.fetches.iter_mut().find(|fetch| fetch.state == COMPLETE) else {
+            self.complete = false;
             return false;
         };
         fetch.state = FREE;

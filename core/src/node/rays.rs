@@ -383,8 +383,8 @@ impl<W: World> Node<'_, W> {
     /// A ray of another node: it becomes a visit, or is refused where it lies (rules 4, 5, 7).
     pub(super) fn on_ray(&mut self, message: &RayMessage, now: Time) {
         let to = message.reply;
-        let same = |root: &&Root| root.is_visit() && root.to == to;
-        if self.roots.iter().find(same).is_some() {
+        let same = |root: &Root| root.is_visit() && root.to == to;
+        if self.visitors > 0 && self.roots.iter().any(same) {
             self.push(to.node(), &Message::AtWork { to }, now);
             return;
         }
@@ -399,6 +399,7 @@ impl<W: World> Node<'_, W> {
         let at = first.saturating_add(place);
         if let Some(root) = self.roots.get_mut(at) {
             root.set_state(RootState::Visit);
+            self.visitors = self.visitors.saturating_add(1);
             root.to = to;
             root.sum = crate::protocol::join(message.sum);
         }
@@ -412,9 +413,8 @@ impl<W: World> Node<'_, W> {
         if let Some(number) = self.take_slot(slot) {
             self.enqueue(number);
         }
-        let visitors = self.roots.iter().filter(|root| root.is_visit()).count() as u32;
         self.counts.visitors = self.counts.visitors.saturating_add(1);
-        self.counts.visitors_peak = self.counts.visitors_peak.max(visitors);
+        self.counts.visitors_peak = self.counts.visitors_peak.max(self.visitors.into());
     }
 
     /// Begins camera rays of the oldest tile that has any, as long as slots are free.

@@ -114,6 +114,17 @@ impl<'a> Rom<'a> {
         Ok(Rom::of_share(bytes, self.block_bytes, self.placement, self.here))
     }
 
+    /// A block of the top, which all nodes have: most visits are to these.
+    #[inline(always)]
+    fn top(&self, block: u32) -> Option<&'a [u8]> {
+        let [(_, end), ..] = self.ranges;
+        if block >= end {
+            return None;
+        }
+        let at = (block as usize).checked_mul(self.block_bytes)?;
+        self.bytes.get(at..)?.get(..self.block_bytes)
+    }
+
     #[inline]
     fn is_in_range(&self, block: u32) -> bool {
         self.ranges.iter().any(|&(first, end)| (first..end).contains(&block))
@@ -153,18 +164,29 @@ pub(super) struct Blocks<'a> {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Missing(pub u32);
 
-impl BlockSource for Blocks<'_> {
-    type Error = Missing;
-
-    #[inline]
-    fn block(&mut self, block: u32) -> Result<BlockView<'_>, Missing> {
-        let bytes = match self.rom.block(block) {
+impl Blocks<'_> {
+    /// The bytes of a block that is not of the top.
+    #[inline(never)]
+    fn below(&mut self, block: u32) -> Option<&[u8]> {
+        match self.rom.block(block) {
             Some(bytes) => Some(bytes),
             None => {
                 #[cfg(test)]
                 self.cache.pin(block, self.pins);
                 self.cache.get(block)
             }
+        }
+    }
+}
+
+impl BlockSource for Blocks<'_> {
+    type Error = Missing;
+
+    #[inline]
+    fn block(&mut self, block: u32) -> Result<BlockView<'_>, Missing> {
+        let bytes = match self.rom.top(block) {
+            Some(bytes) => Some(bytes),
+            None => self.below(block),
         };
         bytes.map(BlockView::trusted).ok_or(Missing(block))
     }

@@ -7,16 +7,20 @@ use crate::trace::Trail;
 const FEWEST: usize = if cfg!(test) { 2 } else { 4 };
 /// Rays that are traced together, at most.
 const MOST: usize = 64;
-/// As many at a node that has had messages of late: it looks for more between, as others wait for its blocks, and for what lies behind a packet
-/// that it has not taken yet.
-const MOST_BUSY: usize = 8;
-/// Steps without a message after which none is expected soon.
+/// As many at a node that has been asked for something of late: it looks for more between, as others wait for its blocks.
+const MOST_BUSY: usize = 12;
+/// Steps without a request after which none is expected soon.
 const QUIET: u8 = 64;
 
 impl<W: World> Node<'_, W> {
     /// Rays that it traces together, at most.
     fn bundle_len(&self) -> usize {
-        if self.quiet < QUIET { MOST_BUSY } else { MOST }
+        if self.is_quiet() { MOST } else { MOST_BUSY }
+    }
+
+    /// Whether no other node has asked for anything of late.
+    pub(super) fn is_quiet(&self) -> bool {
+        self.quiet >= QUIET
     }
 
     /// Traces the oldest of the rays that can go on together with those that begin as it does: how many.

@@ -13,7 +13,7 @@ pub(super) struct Sent {
 impl Router<'_> {
     /// The queue whose head leaves by this port next, and the lane it takes there.
     pub(super) fn next_for(&self, port: Port) -> Option<Sent> {
-        let state = self.memory.ports.get(usize::from(port.0))?;
+        let state = self.memory.ports.get(usize::from(port.0)).filter(|state| state.waiting > 0)?;
         let lane = |queue, fifo: &Fifo| Lane::new(self.channel_of(queue), fifo.class);
         let has_credit = |queue, fifo: &Fifo| {
             state.senders.get(lane(queue, fifo).index()).is_some_and(|s| s.available() > 0)
@@ -25,6 +25,9 @@ impl Router<'_> {
     }
 
     pub(super) fn arrived_queue(&self, channel: Channel) -> Option<usize> {
+        if self.arrived == 0 {
+            return None;
+        }
         let turn = self.turns.get(channel as usize).copied().unwrap_or_default();
         self.most_urgent(turn, |queue, fifo| fifo.port == ARRIVED && self.carries(queue, channel))
     }

@@ -51,6 +51,15 @@ impl Router<'_> {
         }
     }
 
+    /// Panics where the heads of queues are not counted by where they are to go.
+    pub(crate) fn check_counts(&self) {
+        let heads = |port| self.memory.fifos.iter().filter(|fifo| fifo.port == port).count();
+        for (state, port) in self.memory.ports.iter().zip(0..) {
+            assert_eq!(usize::from(state.waiting), heads(port), "port {port}");
+        }
+        assert_eq!(usize::from(self.arrived), heads(super::ARRIVED));
+    }
+
     /// Whether no packet is here and all credit is.
     pub(crate) fn is_idle(&self) -> bool {
         self.buffered() == 0 && !self.is_credit_out()

@@ -41,6 +41,12 @@ impl<W: World> Node<'_, W> {
                 root.state() != RootState::Free && usize::from(at) >= self.tiles.len()
             );
         }
+        let visits = self.roots.iter().filter(|root| root.is_visit()).count();
+        assert_eq!(usize::from(self.visitors), visits);
+        for (state, noted) in [(1, self.unsent), (3, self.complete)] {
+            assert!(noted || self.fetches.iter().all(|fetch| fetch.state != state));
+        }
+        self.router.check_counts();
         // A block is asked for once, and its frame is reserved.
         let asked: Vec<u32> =
             self.fetches.iter().filter(|fetch| fetch.state != 0).map(|fetch| fetch.block).collect();

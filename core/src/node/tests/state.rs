@@ -72,8 +72,8 @@ impl<W: World> Node<'_, W> {
         s.all(&mut self.shadows[..fresh]);
         s.all(&mut self.shadows[parked..]);
         s.bool(&mut self.draining);
-        // It decides about time only.
-        self.turned = false;
+        // They decide about time only.
+        (self.turned, self.quiet) = (false, 0);
         s.bool(&mut self.starved);
         for root in self.roots.iter_mut() {
             root.deadline = match root.state() {
@@ -103,6 +103,8 @@ impl<W: World> Node<'_, W> {
             }
             s.pod(fetch);
         }
+        self.visitors = self.roots.iter().filter(|root| root.is_visit()).count() as u16;
+        (self.unsent, self.complete) = (true, true);
         self.outbox.snapshot(s, NOW);
         if !s.reads() {
             self.inbox.copy_within(self.inbox_at..self.inbox_len, 0);
