@@ -37,13 +37,13 @@ struct Arguments {
     /// Camera paths for each pixel.
     #[arg(long, default_value_t = 16)]
     samples: u32,
-    /// Memory of each node [MiB].
+    /// Memory of each node, in MiB.
     #[arg(long, default_value_t = 64)]
     memory: usize,
-    /// Greatest packet, header included [bytes]; 0: by the memory.
+    /// Greatest packet in bytes, header included; 0: by the memory.
     #[arg(long, default_value_t = 0)]
     packet: u16,
-    /// Size of a block [KiB].
+    /// Size of a block, in KiB.
     #[arg(long, default_value_t = 16)]
     block: usize,
     /// Threads of `render`; 0: as many as there are processors.
@@ -72,7 +72,7 @@ fn main() -> ExitCode {
     }
 }
 
-/// What a round took [s]: the clock, the processors, the start.
+/// What a round took \[s\]: the clock, the processors, the start.
 #[derive(Clone, Copy)]
 struct Took {
     wall: f64,
@@ -258,7 +258,7 @@ fn print(outcome: &Outcome) {
     }
 }
 
-/// What the simulator says of as many processors as nodes [s].
+/// What the simulator says of as many processors as nodes \[s\].
 fn simulated(file: &KiloFile, arguments: &Arguments, nodes: u16) -> Result<f64, String> {
     let view = file.view();
     let topology = Topology::parse("full", nodes.into()).map_err(|e| e.to_string())?;
