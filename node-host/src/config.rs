@@ -3,6 +3,7 @@ use std::path::{Path, PathBuf};
 
 use kiloray_core::node::{Dealing, Prefetch, Schedule, ShadowPolicy, TaskOrder};
 use kiloray_core::scene::View;
+use kiloray_render::MeshOptions;
 use serde::{Deserialize, Serialize};
 
 use crate::{Error, TlsConfig};
@@ -128,6 +129,50 @@ impl From<ViewConfig> for View {
 }
 
 impl Config {
+    /// A mesh of this machine: nodes that listen at the addresses, and a topology of as many as the options say.
+    #[must_use]
+    pub fn new(
+        scene: PathBuf,
+        addresses: Vec<String>,
+        topology: &str,
+        options: &MeshOptions,
+        view: View,
+    ) -> Self {
+        Self {
+            name: "mesh".into(),
+            scene,
+            addresses,
+            listen: None,
+            insecure: false,
+            tls: None,
+            mesh: MeshConfig {
+                topology: topology.into(),
+                memory: options.memory,
+                packet: options.packet,
+                schedule: options.schedule,
+                shadow: options.shadow,
+                placement: options.dealing,
+                top: options.top,
+                replicas: options.replicas,
+                prefetch: options.prefetch,
+                order: options.order,
+                group: options.group,
+                refusals: options.refusals,
+                tile: options.tile,
+                enforce: false,
+            },
+            picture: PictureConfig {
+                width: options.width,
+                height: options.height,
+                samples: options.settings.samples,
+                shadow_samples: options.settings.shadow_samples,
+                bounces: options.settings.bounces,
+                seed: options.settings.seed.to_string(),
+                view: view.into(),
+            },
+        }
+    }
+
     /// Reads a file. The paths in it are then relative to where this process is.
     ///
     /// # Errors

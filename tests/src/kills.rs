@@ -8,11 +8,11 @@ use std::time::{Duration, Instant};
 use std::{fs, thread};
 
 use fastrand::Rng;
-use kiloray_core::node::{Dealing, Prefetch, Schedule, ShadowPolicy, TaskOrder};
-use kiloray_host::{
-    Config, Control, Folder, MeshConfig, PictureConfig, Supervisor, run_host, run_node, tie,
-};
-use kiloray_render::{Lanes, Picture};
+use kiloray_core::network::Topology;
+use kiloray_core::node::Schedule;
+use kiloray_core::shade::Settings;
+use kiloray_host::{Config, Control, Folder, Supervisor, run_host, run_node, tie};
+use kiloray_render::{Lanes, MeshOptions, Picture};
 use kiloray_scene::kilo::KiloFile;
 use kiloray_scene::{builtin, compile};
 
@@ -21,6 +21,8 @@ pub type Failure = String;
 
 /// Pixels along the picture.
 const SIDE: u32 = 96;
+/// How it is rendered.
+const SETTINGS: Settings = Settings { samples: 2, shadow_samples: 4, bounces: 6, seed: 7 };
 /// Longest that a run may take.
 const LONGEST: Duration = Duration::from_secs(120);
 
@@ -99,31 +101,17 @@ fn run(
     let marker = folder.path().display().to_string();
     let scene = folder.path().join("scene.kilo");
     file.write(&scene).map_err(|e| e.to_string())?;
-    let config = Config {
-        name: "kills".into(),
-        scene,
-        addresses: folder.addresses(nodes),
-        listen: None,
-        insecure: false,
-        tls: None,
-        mesh: MeshConfig {
-            topology: topology.into(),
-            memory: 64 << 10,
-            packet: 0,
-            schedule,
-            shadow: ShadowPolicy::default(),
-            placement: Dealing::Subtrees,
-            top: None,
-            replicas,
-            prefetch: Prefetch::Nearest(0),
-            order: TaskOrder::Ready,
-            group: 0,
-            refusals: 3,
-            tile: Some(8),
-            enforce: false,
-        },
-        picture: picture(file),
+    let joined = Topology::parse(topology, nodes.into()).map_err(|e| e.to_string())?;
+    let options = MeshOptions {
+        settings: SETTINGS,
+        memory: 64 << 10,
+        schedule,
+        replicas,
+        tile: Some(8),
+        ..MeshOptions::new(SIDE, SIDE, joined)
     };
+    let addresses = folder.addresses(nodes);
+    let config = Config::new(scene, addresses, topology, &options, file.view().views()[0]);
     let mut supervisor = Supervisor::start(program, folder, &config).map_err(|e| e.to_string())?;
     let processes = Mutex::new(supervisor.processes());
     let (cancel, is_over) = (AtomicBool::new(false), AtomicBool::new(false));
@@ -202,31 +190,13 @@ fn is_ours(process: u32, marker: &str) -> bool {
     String::from_utf8_lossy(&line).contains(marker)
 }
 
-fn picture(file: &KiloFile) -> PictureConfig {
-    PictureConfig {
-        width: SIDE,
-        height: SIDE,
-        samples: 2,
-        shadow_samples: 4,
-        bounces: 6,
-        seed: "7".into(),
-        view: file.view().views()[0].into(),
-    }
-}
-
 /// What one machine makes of it.
 fn reference(file: &KiloFile) -> Result<Picture, Failure> {
-    let picture = picture(file);
     let options = kiloray_render::Options {
         width: SIDE,
         height: SIDE,
-        view: picture.view.into(),
-        settings: kiloray_core::shade::Settings {
-            samples: picture.samples,
-            shadow_samples: picture.shadow_samples,
-            bounces: picture.bounces,
-            seed: 7,
-        },
+        view: file.view().views()[0],
+        settings: SETTINGS,
         memory: None,
         threads: 0,
         lanes: Lanes::Auto,

@@ -7,4 +7,5 @@ pub mod oracle;
 pub mod pool;
 pub mod reference;
 pub mod same_bits;
+pub mod statistics;
 pub mod stress;

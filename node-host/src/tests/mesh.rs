@@ -4,10 +4,11 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 use std::time::Instant;
 
-use kiloray_core::network::{HOST, NodeId, Router};
-use kiloray_core::node::{self, Node, Picture};
+use kiloray_core::network::{HOST, NodeId, Router, Topology};
+use kiloray_core::node::{Node, Picture, Time};
+use kiloray_core::shade::Settings;
 use kiloray_core::store::{Arena, CHUNK_BYTES, Chunk};
-use kiloray_render::{Lanes, Ledger};
+use kiloray_render::{Lanes, Ledger, MeshOptions};
 use kiloray_scene::builtin;
 use kiloray_scene::compile::{self, compile};
 use kiloray_scene::kilo::KiloFile;
@@ -15,7 +16,7 @@ use kiloray_simd::Auto;
 
 use crate::drive::Drive;
 use crate::host::HostEnd;
-use crate::{Config, Exchange, Job, MeshConfig, PictureConfig, Place, drive};
+use crate::{Config, Exchange, Job, Place, drive};
 
 pub(super) fn scene(name: &str) -> KiloFile {
     let model = builtin::build(name).expect("a built-in scene");
@@ -24,40 +25,15 @@ pub(super) fn scene(name: &str) -> KiloFile {
 }
 
 pub(super) fn config(file: &KiloFile, nodes: usize, topology: &str, memory: usize) -> Config {
-    let view = file.view().views()[0];
-    Config {
-        name: "test".into(),
-        scene: "scene.kilo".into(),
-        addresses: vec![String::new(); nodes],
-        listen: None,
-        insecure: false,
-        tls: None,
-        mesh: MeshConfig {
-            topology: topology.into(),
-            memory,
-            packet: 0,
-            schedule: node::Schedule::Hybrid,
-            shadow: node::ShadowPolicy::default(),
-            placement: node::Dealing::Subtrees,
-            top: None,
-            replicas: 1,
-            prefetch: node::Prefetch::Nearest(0),
-            order: node::TaskOrder::Ready,
-            group: 0,
-            refusals: 3,
-            tile: Some(4),
-            enforce: false,
-        },
-        picture: PictureConfig {
-            width: 24,
-            height: 20,
-            samples: 1,
-            shadow_samples: 1,
-            bounces: 4,
-            seed: u64::MAX.to_string(),
-            view: view.into(),
-        },
-    }
+    let joined = Topology::parse(topology, nodes as u32).expect("a topology");
+    let options = MeshOptions {
+        settings: Settings { samples: 1, shadow_samples: 1, bounces: 4, seed: u64::MAX },
+        memory,
+        tile: Some(4),
+        ..MeshOptions::new(24, 20, joined)
+    };
+    let addresses = vec![String::new(); nodes];
+    Config::new("scene.kilo".into(), addresses, topology, &options, file.view().views()[0])
 }
 
 /// What `render` makes of it.
@@ -157,7 +133,7 @@ fn a_node_that_is_replaced_again_and_again_costs_no_pixel() {
     for victim in [0, 1] {
         let mut job = Job::new(&config(&file, 3, "line", 1 << 16), &file.view()).unwrap();
         // What is lost is asked for again soon.
-        job.layout.settings.patience = node::Time(20_000_000);
+        job.layout.settings.patience = Time(20_000_000);
         let (pixels, replaced) = picture(&job, &file, Some((NodeId(victim), 60)));
         assert!(pixels == reference(&file, &job), "{victim}");
         assert!(replaced > 3, "{replaced}");

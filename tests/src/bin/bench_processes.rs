@@ -4,7 +4,6 @@
 //! Starting the processes is counted apart. Beside the clock it prints what all processes had of the processors, which does not depend on
 //! what else the machine does: their ratio to `render` is what a mesh costs, the rest is what processors stood idle.
 
-use std::path::Path;
 use std::process::ExitCode;
 use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
@@ -12,15 +11,12 @@ use std::time::{Duration, Instant};
 use clap::Parser;
 use cpu_time::ProcessTime;
 use kiloray_core::network::Topology;
-use kiloray_core::node::{Dealing, Prefetch, Schedule, ShadowPolicy, TaskOrder};
 use kiloray_core::shade::Settings;
-use kiloray_host::{
-    Config, Control, Folder, MeshConfig, Outcome, PictureConfig, Spent, Supervisor, run_host,
-};
+use kiloray_host::{Config, Control, Folder, Outcome, Spent, Supervisor, run_host};
 use kiloray_render::{MeshOptions, Picture};
 use kiloray_scene::kilo::KiloFile;
 use kiloray_scene::{builtin, compile};
-use kiloray_tests::{kills, reference::bits};
+use kiloray_tests::{kills, reference::bits, statistics::median};
 
 /// A mesh of processes on this machine against `render`, paired, and against the simulator.
 #[derive(Parser)]
@@ -72,6 +68,8 @@ fn main() -> ExitCode {
     }
 }
 
+const TOPOLOGY: &str = "full";
+
 /// What a round took \[s\]: the clock, the processors, the start.
 #[derive(Clone, Copy)]
 struct Took {
@@ -110,24 +108,21 @@ fn bench(arguments: &Arguments) -> Result<(), String> {
         }
     }
     for (&nodes, all) in arguments.nodes.iter().zip(&meshes) {
-        let median = |ratio: &dyn Fn(&Took, &Took) -> f64| {
-            let mut ratios: Vec<_> = all.iter().zip(&renders).map(|(a, b)| ratio(a, b)).collect();
-            ratios.sort_by(f64::total_cmp);
-            ratios[ratios.len() / 2]
+        let of = |ratio: fn(&Took, &Took) -> f64| {
+            let ratios: Vec<_> = all.iter().zip(&renders).map(|(a, b)| ratio(a, b)).collect();
+            median(&ratios)
         };
         println!(
             "{nodes} processes / render, median of {}: clock {:.3}, processors {:.3}",
             all.len(),
-            median(&|mesh, render| mesh.wall / render.wall),
-            median(&|mesh, render| mesh.cpu / render.cpu)
+            of(|mesh, render| mesh.wall / render.wall),
+            of(|mesh, render| mesh.cpu / render.cpu)
         );
         // It gives each node a processor.
         let processors = std::thread::available_parallelism().map_or(1, usize::from);
         if !arguments.no_sim && usize::from(nodes) <= processors {
             let predicted = simulated(&file, arguments, nodes)?;
-            let mut walls: Vec<_> = all.iter().map(|mesh| mesh.wall).collect();
-            walls.sort_by(f64::total_cmp);
-            let wall = walls[walls.len() / 2];
+            let wall = median(&all.iter().map(|mesh| mesh.wall).collect::<Vec<_>>());
             println!(
                 "{nodes} processes: {wall:.2} s, the simulator says {predicted:.2} s with profile pc: ratio {:.3}",
                 wall / predicted
@@ -139,6 +134,17 @@ fn bench(arguments: &Arguments) -> Result<(), String> {
 
 fn settings(arguments: &Arguments) -> Settings {
     Settings { samples: arguments.samples, ..Settings::default() }
+}
+
+/// The same for processes and the simulator.
+fn options(arguments: &Arguments, nodes: u16) -> Result<MeshOptions, String> {
+    let topology = Topology::parse(TOPOLOGY, nodes.into()).map_err(|e| e.to_string())?;
+    Ok(MeshOptions {
+        settings: settings(arguments),
+        memory: arguments.memory << 20,
+        packet: arguments.packet,
+        ..MeshOptions::new(arguments.size, arguments.size, topology)
+    })
 }
 
 fn rendered(file: &KiloFile, arguments: &Arguments) -> Result<(Picture, Took), String> {
@@ -159,42 +165,12 @@ fn hosted(file: &KiloFile, arguments: &Arguments, nodes: u16) -> Result<(Outcome
     let folder = Folder::new().map_err(|e| e.to_string())?;
     let scene = folder.path().join("scene.kilo");
     file.write(&scene).map_err(|e| e.to_string())?;
-    let (view, settings) = (file.view(), settings(arguments));
-    let config = Config {
-        name: "bench".into(),
-        scene,
-        addresses: folder.addresses(nodes),
-        listen: None,
-        insecure: false,
-        tls: None,
-        mesh: MeshConfig {
-            topology: "full".into(),
-            memory: arguments.memory << 20,
-            packet: arguments.packet,
-            schedule: Schedule::Hybrid,
-            shadow: ShadowPolicy::default(),
-            placement: Dealing::Subtrees,
-            top: None,
-            replicas: 1,
-            prefetch: Prefetch::Nearest(0),
-            order: TaskOrder::Ready,
-            group: 0,
-            refusals: 3,
-            tile: None,
-            enforce: false,
-        },
-        picture: PictureConfig {
-            width: arguments.size,
-            height: arguments.size,
-            samples: settings.samples,
-            shadow_samples: settings.shadow_samples,
-            bounces: settings.bounces,
-            seed: settings.seed.to_string(),
-            view: view.views()[0].into(),
-        },
-    };
+    let view = file.view();
+    let options = options(arguments, nodes)?;
+    let addresses = folder.addresses(nodes);
+    let config = Config::new(scene, addresses, TOPOLOGY, &options, view.views()[0]);
     let program = std::env::current_exe().map_err(|e| e.to_string())?;
-    let mut supervisor = start(&program, folder, &config)?;
+    let mut supervisor = Supervisor::start(&program, folder, &config).map_err(|e| e.to_string())?;
     let control = Control { cancel: &AtomicBool::new(false), progress: &|_| {} };
     let outcome =
         run_host(&config, &view, Some(&mut supervisor), &control).map_err(|e| e.to_string())?;
@@ -210,10 +186,6 @@ fn hosted(file: &KiloFile, arguments: &Arguments, nodes: u16) -> Result<(Outcome
         start: outcome.start.as_secs_f64(),
     };
     Ok((outcome, took))
-}
-
-fn start(program: &Path, folder: Folder, config: &Config) -> Result<Supervisor, String> {
-    Supervisor::start(program, folder, config).map_err(|e| e.to_string())
 }
 
 /// Where the time of each process went.
@@ -261,14 +233,11 @@ fn print(outcome: &Outcome) {
 /// What the simulator says of as many processors as nodes \[s\].
 fn simulated(file: &KiloFile, arguments: &Arguments, nodes: u16) -> Result<f64, String> {
     let view = file.view();
-    let topology = Topology::parse("full", nodes.into()).map_err(|e| e.to_string())?;
-    let size = arguments.size;
-    let mut options = kiloray_sim::Options::new(size, size, view.views()[0], topology);
-    options.mesh = MeshOptions {
-        settings: settings(arguments),
-        memory: arguments.memory << 20,
-        packet: arguments.packet,
-        ..options.mesh
+    let mesh = options(arguments, nodes)?;
+    let (size, topology) = (arguments.size, mesh.topology);
+    let options = kiloray_sim::Options {
+        mesh,
+        ..kiloray_sim::Options::new(size, size, view.views()[0], topology)
     };
     let control = kiloray_sim::Control { cancel: &AtomicBool::new(false), progress: &|_| {} };
     let outcome = kiloray_sim::simulate(&view, &options, &control).map_err(|e| e.to_string())?;

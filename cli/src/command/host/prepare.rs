@@ -2,8 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use kiloray_core::{node, scene::View};
-use kiloray_host::{Config, Folder, Job, MeshConfig, PictureConfig};
+use kiloray_core::node;
+use kiloray_host::{Config, Folder, Job};
 use kiloray_render::{MeshOptions, framing};
 
 use crate::{
@@ -127,16 +127,9 @@ fn of_options(host: &args::Host) -> Outcome<Prepared> {
             (None, file, addresses.collect())
         }
     };
-    let config = Config {
-        name: "mesh".into(),
-        scene: file,
-        addresses,
-        listen: None,
-        insecure: false,
-        tls: None,
-        mesh: mesh(&division, &options, host.enforce),
-        picture: picture(&options, view),
-    };
+    let topology = division.topology.as_deref().unwrap_or_default();
+    let mut config = Config::new(file, addresses, topology, &options, view);
+    config.mesh.enforce = host.enforce;
     Ok(Prepared { common, division, scenes, scene, options, config, folder })
 }
 
@@ -175,35 +168,4 @@ fn not_compiled() -> Failure {
     Failure::usage(
         "--write-config: every node needs the file of the scene: 'kiloray compile SCENE -o scene.kilo', and name that",
     )
-}
-
-fn mesh(division: &Division, options: &MeshOptions, enforce: bool) -> MeshConfig {
-    MeshConfig {
-        topology: division.topology.clone().unwrap_or_default(),
-        memory: options.memory,
-        packet: options.packet,
-        schedule: options.schedule,
-        shadow: options.shadow,
-        placement: options.dealing,
-        top: options.top,
-        replicas: options.replicas,
-        prefetch: options.prefetch,
-        order: options.order,
-        group: options.group,
-        refusals: options.refusals,
-        tile: options.tile,
-        enforce,
-    }
-}
-
-fn picture(options: &MeshOptions, view: View) -> PictureConfig {
-    PictureConfig {
-        width: options.width,
-        height: options.height,
-        samples: options.settings.samples,
-        shadow_samples: options.settings.shadow_samples,
-        bounces: options.settings.bounces,
-        seed: options.settings.seed.to_string(),
-        view: view.into(),
-    }
 }

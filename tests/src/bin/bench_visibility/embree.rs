@@ -4,6 +4,8 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use kiloray_tests::statistics::median;
+
 use crate::Error;
 
 /// The built program.
@@ -98,10 +100,4 @@ impl Table {
             println!("embree {configuration:8} {kind:8} {width:2}  {:7.3} M rays/s", median(rates));
         }
     }
-}
-
-pub(crate) fn median(rates: &[f64]) -> f64 {
-    let mut rates = rates.to_vec();
-    rates.sort_by(f64::total_cmp);
-    rates.get(rates.len() / 2).copied().unwrap_or(f64::NAN)
 }

@@ -8,6 +8,7 @@ use kiloray_core::block::KiloView;
 use kiloray_core::geometry::Ray;
 use kiloray_core::trace::{BUNDLE, Batch, Bundle, Cursor, Scalar, Tracer};
 use kiloray_simd::Auto;
+use kiloray_tests::statistics::median;
 use memmap2::{Advice, Mmap, MmapMut};
 
 use crate::rays::Sets;
@@ -179,7 +180,7 @@ impl Table {
         for (way, configuration, width, goals) in WAYS {
             for (kind, goal) in ["primary", "bounce", "shadow"].into_iter().zip(goals) {
                 let Some(rates) = self.rates.get(&(way, kind)) else { continue };
-                let rate = embree::median(rates);
+                let rate = median(rates);
                 let hits = self.hits.get(&(way, kind)).copied().unwrap_or(0);
                 print!("kiloray {way:16} {kind:8} {rate:7.3} M rays/s  hits {hits}");
                 if let Some(theirs) = peer.rate(configuration, kind, width) {
