@@ -2,6 +2,8 @@
 
 use kiloray_core::{network::Topology, node, shade::Settings};
 use kiloray_render::MeshOptions;
+use serde::Serialize;
+use serde_json::{Value, json};
 
 use crate::{
     args::{self, Bounds, Common, Division},
@@ -90,4 +92,33 @@ fn replicas(division: &Division, topology: &Topology) -> Outcome<u16> {
             "--block-replicas {copies}: {nodes} nodes hold at most {nodes} copies of a block"
         ))
     })
+}
+
+/// Adds the mesh to the options of a report: what was typed of it, and what was found where nothing was said.
+pub(super) fn add_json(
+    all: &mut Value,
+    typed: &impl Serialize,
+    options: &MeshOptions,
+    topology: &str,
+) {
+    if let (Some(all), Value::Object(typed)) = (all.as_object_mut(), json!(typed)) {
+        all.extend(typed);
+    }
+    all["memory"] = json!(options.memory);
+    all["nodes"] = json!(options.topology.nodes());
+    all["topology"] = json!(topology);
+    all["prefetch"] = json!(prefetch(options.prefetch));
+    all["shadow"] = json!(options.shadow);
+    all["task_order"] = json!(format!("{:?}", options.order).to_lowercase());
+    all["packet"] = json!(options.packet);
+    all["group"] = json!(options.group);
+    all["refusals"] = json!(options.refusals);
+}
+
+/// `all`, or a number.
+pub(super) fn prefetch(prefetch: node::Prefetch) -> String {
+    match prefetch {
+        node::Prefetch::All => "all".into(),
+        node::Prefetch::Nearest(blocks) => blocks.to_string(),
+    }
 }

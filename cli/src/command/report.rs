@@ -1,3 +1,5 @@
+use std::path::PathBuf;
+
 use kiloray_core::{shade::Counts, store::Line};
 use kiloray_render::{Options, Rendered};
 use serde_json::{Value, json};
@@ -8,7 +10,7 @@ use crate::{args::Common, picture, scene::Scene};
 /// A finished run.
 pub(super) struct Run<'a> {
     pub(super) scene: &'a Scene,
-    pub(super) sources: &'a [std::path::PathBuf],
+    pub(super) sources: &'a [PathBuf],
     pub(super) common: &'a Common,
     pub(super) options: &'a Options,
     pub(super) rendered: &'a Rendered,
@@ -74,15 +76,9 @@ impl Run<'_> {
         let Rendered { picture, report } = self.rendered;
         let file = self.scene.file.view();
         let header = file.header();
-        let mut options = json!(self.common);
-        options["scenes"] = json!(self.sources);
-        options["width"] = json!(picture.width);
-        options["height"] = json!(picture.height);
-        options["block"] = json!(header.block_bytes);
+        let size = (picture.width, picture.height);
+        let mut options = options_json(self.common, self.sources, self.scene, size, self.exposure);
         options["threads"] = json!(report.threads);
-        // As it is printed: 0.7, not the nearest f32.
-        let stops = self.exposure.and_then(|stops| stops.to_string().parse::<f64>().ok());
-        options["exposure"] = json!(stops);
         let lines: Vec<_> = report
             .budget
             .lines()
@@ -146,4 +142,23 @@ impl Run<'_> {
             "notes": self.scene.notes,
         })
     }
+}
+
+/// The options of a report: what was typed, and what was found where nothing was said.
+pub(super) fn options_json(
+    common: &Common,
+    scenes: &[PathBuf],
+    scene: &Scene,
+    (width, height): (u32, u32),
+    exposure: Option<f32>,
+) -> Value {
+    let mut options = json!(common);
+    options["scenes"] = json!(scenes);
+    options["width"] = json!(width);
+    options["height"] = json!(height);
+    options["block"] = json!(scene.file.view().header().block_bytes);
+    // As it is printed: 0.7, not the nearest f32.
+    let stops = exposure.and_then(|stops| stops.to_string().parse::<f64>().ok());
+    options["exposure"] = json!(stops);
+    options
 }

@@ -95,26 +95,19 @@ mod simulated {
 
     #[test]
     fn survive_a_death() {
-        let folder = Folder::new();
-        let picture = format!("sinc:24 {PICTURE} --width 48 --height 48");
-        let mesh = "--nodes 3 --crash 1@200us --block-replicas 2";
-        survives(
-            &folder,
-            &picture,
-            run(&folder, &format!("{} {picture} {mesh}", SIMULATED.command)),
-        );
+        survive("--crash 1@200us --block-replicas 2");
     }
 
     #[test]
     fn survive_losses() {
+        survive("--loss 1/50");
+    }
+
+    fn survive(faults: &str) {
         let folder = Folder::new();
         let picture = format!("sinc:24 {PICTURE} --width 48 --height 48");
-        let mesh = "--nodes 3 --loss 1/50";
-        survives(
-            &folder,
-            &picture,
-            run(&folder, &format!("{} {picture} {mesh}", SIMULATED.command)),
-        );
+        let command = format!("{} {picture} --nodes 3 {faults}", SIMULATED.command);
+        survives(&folder, &picture, run(&folder, &command));
     }
 }
 

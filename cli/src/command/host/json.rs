@@ -1,7 +1,7 @@
 use serde_json::{Value, json};
 
 use super::{Run, total};
-use crate::command::{report, sim::prefetch};
+use crate::command::{division, report};
 
 impl Run<'_> {
     /// The fields that scripts rely on: those of `sim`, with times of the clock.
@@ -107,28 +107,12 @@ impl Run<'_> {
     }
 
     fn options_json(&self) -> Value {
-        let mut all = json!(self.common);
-        if let (Some(all), Value::Object(division)) = (all.as_object_mut(), json!(self.division)) {
-            all.extend(division);
-        }
-        let view = self.scene.file.view();
         let o = self.options;
-        all["scenes"] = json!(self.scenes);
-        all["width"] = json!(o.width);
-        all["height"] = json!(o.height);
-        all["block"] = json!(view.header().block_bytes);
-        all["memory"] = json!(o.memory);
-        all["nodes"] = json!(o.topology.nodes());
-        all["topology"] = json!(self.division.topology_name(&o.topology));
-        all["prefetch"] = json!(prefetch(o.prefetch));
-        all["shadow"] = json!(o.shadow);
-        all["task_order"] = json!(format!("{:?}", o.order).to_lowercase());
-        all["packet"] = json!(o.packet);
-        all["group"] = json!(o.group);
-        all["refusals"] = json!(o.refusals);
-        // As it is printed: 0.7, not the nearest f32.
-        let stops = self.exposure.and_then(|stops| stops.to_string().parse::<f64>().ok());
-        all["exposure"] = json!(stops);
+        let size = (o.width, o.height);
+        let mut all =
+            report::options_json(self.common, self.scenes, self.scene, size, self.exposure);
+        let topology = self.division.topology_name(&o.topology);
+        division::add_json(&mut all, self.division, o, &topology);
         all
     }
 }

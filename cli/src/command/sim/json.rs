@@ -2,7 +2,7 @@ use kiloray_sim::{NodeReport, Report};
 use serde_json::{Value, json};
 
 use super::{Run, lost::lost};
-use crate::command::report;
+use crate::command::{division, report};
 
 impl Run<'_> {
     /// The fields that scripts rely on.
@@ -122,46 +122,26 @@ impl Run<'_> {
     }
 
     fn options_json(&self) -> Value {
-        let mut options = json!(self.sim.common);
-        if let (Some(all), Value::Object(mesh)) = (options.as_object_mut(), json!(self.sim.mesh)) {
-            all.extend(mesh);
-        }
-        let header = self.scene.file.view();
         let o = self.options;
-        options["scenes"] = json!(self.sim.scene.scenes);
-        options["width"] = json!(o.mesh.width);
-        options["height"] = json!(o.mesh.height);
-        options["block"] = json!(header.header().block_bytes);
-        options["memory"] = json!(o.mesh.memory);
-        options["nodes"] = json!(o.mesh.topology.nodes());
-        options["topology"] = json!(self.topology);
-        options["prefetch"] = json!(prefetch(o.mesh.prefetch));
-        options["shadow"] = json!(o.mesh.shadow);
-        options["task_order"] = json!(format!("{:?}", o.mesh.order).to_lowercase());
+        let size = (o.mesh.width, o.mesh.height);
+        let mut options = report::options_json(
+            &self.sim.common,
+            &self.sim.scene.scenes,
+            self.scene,
+            size,
+            self.exposure,
+        );
+        division::add_json(&mut options, &self.sim.mesh, &o.mesh, &self.topology);
         options["link_bandwidth"] = json!(o.link.bandwidth);
         options["link_latency"] = json!(o.link.latency);
-        options["packet"] = json!(o.mesh.packet);
         options["switching"] = json!(match o.link.switching {
             kiloray_sim::Switching::StoreAndForward => "store",
             kiloray_sim::Switching::CutThrough => "cut",
         });
-        options["group"] = json!(o.mesh.group);
-        options["refusals"] = json!(o.mesh.refusals);
         options["loss"] = json!(rate(o.faults.loss));
         options["duplicate"] = json!(rate(o.faults.duplicate));
         options["jitter"] = json!(o.faults.jitter);
-        // As it is printed: 0.7, not the nearest f32.
-        let stops = self.exposure.and_then(|stops| stops.to_string().parse::<f64>().ok());
-        options["exposure"] = json!(stops);
         options
-    }
-}
-
-/// `all`, or a number.
-pub(in crate::command) fn prefetch(prefetch: kiloray_core::node::Prefetch) -> String {
-    match prefetch {
-        kiloray_core::node::Prefetch::All => "all".into(),
-        kiloray_core::node::Prefetch::Nearest(blocks) => blocks.to_string(),
     }
 }
 

@@ -19,7 +19,6 @@ use kiloray_sim::{LineReport, LinkReport, Options, Report};
 
 use self::{cut::Cut, lost::bounds};
 pub(super) use self::{
-    json::prefetch,
     lost::Baseline,
     options::{baseline, on, options, refused},
     run::{Done, measured},

@@ -7,7 +7,7 @@ mod time;
 use super::{Run, cut::link_name, lines, lost::lost, summary};
 use crate::{
     chart::Layout,
-    command::{html::Shown, report},
+    command::{division, html::Shown, report},
     console::{bytes, count, duration, percent},
     page::{Bar, Page},
 };
@@ -285,7 +285,7 @@ fn the_run(page: &mut Page, run: &Run<'_>, shown: &Shown<'_>) {
         ),
         ("host at nodes", format!("{:?}", report.mesh.attached).replace(['[', ']'], "")),
         ("shadow rays", format!("{:?}", o.mesh.shadow).to_lowercase()),
-        ("prefetch", super::prefetch(o.mesh.prefetch)),
+        ("prefetch", division::prefetch(o.mesh.prefetch)),
         ("copies of a block", o.mesh.replicas.to_string()),
         ("simulated in", format!("{:.2} s, {} events", run.done.all_s, count(report.events))),
         ("hash of the pixels", run.done.image_hash.clone()),
