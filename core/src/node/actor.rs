@@ -350,10 +350,10 @@ impl<'a, W: World> Node<'a, W> {
         }
     }
 
-    /// One more ray belongs to a root.
-    pub(super) fn open(&mut self, root: u16) {
+    /// So many more rays belong to a root.
+    pub(super) fn open(&mut self, root: u16, rays: u32) {
         if let Some(root) = self.roots.get_mut(usize::from(root)) {
-            root.open = root.open.saturating_add(1);
+            root.open = root.open.saturating_add(rays);
         }
     }
 

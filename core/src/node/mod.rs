@@ -70,4 +70,4 @@ pub use setup::{Setup, SetupError};
 pub use share::{Share, ShareError, ShareHeader};
 pub use shell::{Actor, Clock, Joint, Receive, Transmit, run};
 pub use work::{Lack, Next, Progress, Time, Work};
-pub use world::{Lights, Picture, Traced, World};
+pub use world::{Ends, Lights, Picture, Traced, World};

@@ -45,7 +45,7 @@ impl<W: World> Node<'_, W> {
         self.free_len = len;
         let held = self.rays.len().saturating_sub(len) as u32;
         self.counts.rays_peak = self.counts.rays_peak.max(held);
-        self.open(slot.root);
+        self.open(slot.root, 1);
         Some(number)
     }
 
@@ -188,19 +188,9 @@ impl<W: World> Node<'_, W> {
             return true;
         };
         let mut lights = self.world.lights(&point, begun.then_some(slot.at));
-        let mut made: u32 = 0;
         let given = !begun && self.give_lights(&slot, &point);
-        let all = given
-            || loop {
-                if !self.has_shadow_room() {
-                    break false;
-                }
-                let Self { world, counts, .. } = &mut *self;
-                let next = world.next_shadow(&point, &mut lights, &mut counts.shade);
-                let Some((shadow, key)) = next else { break true };
-                self.put_shadow(shadow, key, &slot);
-                made = made.saturating_add(1);
-            };
+        let (made, all) =
+            if given { (0, true) } else { self.make_shadows(&point, &mut lights, &slot) };
         self.work.light_samples = self.work.light_samples.saturating_add(u64::from(made));
         if !all {
             slot.at = self.world.save(&lights);
@@ -433,7 +423,7 @@ impl<W: World> Node<'_, W> {
             } else {
                 root.set_state(RootState::Rendering);
                 // The last ray may have ended before.
-                self.open(at);
+                self.open(at, 1);
                 self.close(at);
                 break;
             }

@@ -11,9 +11,29 @@ pub struct Rom<'a> {
     placement: Placement,
     here: NodeId,
     /// The ranges it holds: the top, and one for each copy of [`Dealing::Subtrees`].
-    ranges: [(u32, u32); 1 + COPIES],
+    ranges: [Range; 1 + COPIES],
     /// The node's blocks back to back, rather than those of all nodes.
     packed: bool,
+}
+
+/// Blocks that follow each other in the scene and in memory.
+#[derive(Debug, Clone, Copy)]
+struct Range {
+    first: u32,
+    len: u32,
+    /// Blocks before it in a share.
+    at: u32,
+}
+
+impl Range {
+    const EMPTY: Self = Self { first: 0, len: 0, at: 0 };
+
+    /// Where a block of the range lies in a share.
+    #[inline(always)]
+    fn place(&self, block: u32) -> Option<usize> {
+        let index = block.wrapping_sub(self.first);
+        (index < self.len).then(|| self.at.wrapping_add(index) as usize)
+    }
 }
 
 /// Copies whose ranges are kept; more are looked up by the formula.
@@ -28,15 +48,18 @@ impl<'a> Rom<'a> {
         placement: Placement,
         here: NodeId,
     ) -> Self {
-        let mut ranges = [(0, 0); 1 + COPIES];
+        let mut ranges = [Range::EMPTY; 1 + COPIES];
+        let mut at: u32 = 0;
         for (copy, range) in ranges.iter_mut().enumerate() {
-            *range = match copy.checked_sub(1) {
+            let (first, end) = match copy.checked_sub(1) {
                 None => (0, placement.top.min(placement.blocks)),
                 Some(copy) if copy < usize::from(placement.copies()) => {
                     placement.range(here, copy as u16).unwrap_or((0, 0))
                 }
                 Some(_) => (0, 0),
             };
+            *range = Range { first, len: end.saturating_sub(first), at };
+            at = at.saturating_add(range.len);
         }
         Self { bytes, block_bytes, placement, here, ranges, packed: false }
     }
@@ -62,40 +85,53 @@ impl<'a> Rom<'a> {
     #[inline]
     #[must_use]
     pub fn holds(&self, block: u32) -> bool {
-        if self.is_in_range(block) {
-            return true;
-        }
-        let looked_up = matches!(self.placement.dealing, Dealing::RoundRobin)
-            || usize::from(self.placement.copies()) > COPIES;
-        looked_up && self.placement.holds(self.here, block)
+        self.place_in_range(block).is_some()
+            || self.has_others() && self.placement.holds(self.here, block)
     }
 
     /// A block that the node has.
-    #[inline]
+    #[inline(always)]
     #[must_use]
     pub fn block(&self, block: u32) -> Option<&'a [u8]> {
-        if !self.holds(block) {
-            return None;
+        match self.place_in_range(block) {
+            Some(place) => self.bytes_of(block, place),
+            None if self.has_others() && self.placement.holds(self.here, block) => {
+                self.bytes_of(block, self.place(block))
+            }
+            None => None,
         }
-        let index = if self.packed { self.place(block) } else { block as usize };
-        let at = index.checked_mul(self.block_bytes)?;
-        self.bytes.get(at..)?.get(..self.block_bytes)
     }
 
     /// Where a block of the node lies among its blocks in a [share](Self::of_share): range behind range, then by number.
     #[must_use]
     pub fn place(&self, block: u32) -> usize {
-        let mut before = 0;
-        for &(first, end) in &self.ranges {
-            if (first..end).contains(&block) {
-                return (before + u64::from(block.wrapping_sub(first))) as usize;
-            }
-            before += u64::from(end.saturating_sub(first));
-        }
-        let first = if self.placement.dealing == Dealing::Subtrees { COPIES as u16 } else { 0 };
-        let others = (first..self.placement.copies())
-            .map(|copy| u64::from(self.placement.before(self.here, copy, block)));
-        others.fold(before, u64::saturating_add) as usize
+        self.place_in_range(block).unwrap_or_else(|| {
+            let before =
+                self.ranges.iter().fold(0, |sum: u32, range| sum.saturating_add(range.len));
+            let first = if self.placement.dealing == Dealing::Subtrees { COPIES as u16 } else { 0 };
+            let others = (first..self.placement.copies())
+                .map(|copy| self.placement.before(self.here, copy, block));
+            others.fold(before, u32::saturating_add) as usize
+        })
+    }
+
+    #[inline(always)]
+    fn place_in_range(&self, block: u32) -> Option<usize> {
+        self.ranges.iter().find_map(|range| range.place(block))
+    }
+
+    /// Whether it may have blocks in none of its ranges.
+    #[inline]
+    fn has_others(&self) -> bool {
+        self.placement.dealing == Dealing::RoundRobin
+            || usize::from(self.placement.copies()) > COPIES
+    }
+
+    /// The bytes of a block, of which the place in a share is known.
+    #[inline(always)]
+    fn bytes_of(&self, block: u32, place: usize) -> Option<&'a [u8]> {
+        let index = if self.packed { place } else { block as usize };
+        self.bytes.get(index.checked_mul(self.block_bytes)?..)?.get(..self.block_bytes)
     }
 
     /// The same share in the arena, as on a machine that has no other memory.
@@ -117,17 +153,8 @@ impl<'a> Rom<'a> {
     /// A block of the top, which all nodes have: most visits are to these.
     #[inline(always)]
     fn top(&self, block: u32) -> Option<&'a [u8]> {
-        let [(_, end), ..] = self.ranges;
-        if block >= end {
-            return None;
-        }
-        let at = (block as usize).checked_mul(self.block_bytes)?;
-        self.bytes.get(at..)?.get(..self.block_bytes)
-    }
-
-    #[inline]
-    fn is_in_range(&self, block: u32) -> bool {
-        self.ranges.iter().any(|&(first, end)| (first..end).contains(&block))
+        let [top, ..] = &self.ranges;
+        self.bytes_of(block, top.place(block)?)
     }
 
     /// Whether the node has all blocks.
@@ -182,7 +209,7 @@ impl Blocks<'_> {
 impl BlockSource for Blocks<'_> {
     type Error = Missing;
 
-    #[inline]
+    #[inline(always)]
     fn block(&mut self, block: u32) -> Result<BlockView<'_>, Missing> {
         let bytes = match self.rom.top(block) {
             Some(bytes) => Some(bytes),

@@ -11,36 +11,56 @@ const SHADOWS_PER_STEP: u32 = 2;
 
 impl<W: World> Node<'_, W> {
     pub(super) fn has_shadow_room(&self) -> bool {
+        self.shadow_room() > 0
+    }
+
+    /// How many more shadow rays have room.
+    pub(super) fn shadow_room(&self) -> usize {
         if self.settings.schedule.migrates(RayKind::Shadow) {
-            self.free_len > 0
+            self.free_len
         } else {
-            self.fresh.saturating_add(self.parked) < self.shadows.len()
+            self.shadows.len().saturating_sub(self.fresh).saturating_sub(self.parked)
         }
     }
 
-    pub(super) fn put_shadow(
+    /// Makes shadow rays of a point, as many as there is room for: how many, and whether that was all.
+    pub(super) fn make_shadows(
         &mut self,
-        mut shadow: Shadow,
-        key: crate::path::PathKey,
+        point: &W::Point,
+        lights: &mut W::Lights,
         from: &RaySlot,
-    ) {
+    ) -> (u32, bool) {
         let (root, pixel) = (from.root, from.ray.pixel());
-        if self.settings.schedule.migrates(RayKind::Shadow) {
-            self.counts.shade.shadow = self.counts.shade.shadow.saturating_add(1);
-            let ray = PathRay::of_shadow(&shadow, key, pixel);
-            if let Some(number) = self.take_slot(RaySlot::new(ray, root, from.since)) {
-                self.enqueue(number);
+        let room = self.shadow_room();
+        let migrate = self.settings.schedule.migrates(RayKind::Shadow);
+        let mut made = 0;
+        let mut all = false;
+        while made < room {
+            let Self { world, counts, .. } = &mut *self;
+            let Some(mut shadow) = world.next_shadow(point, lights, &mut counts.shade) else {
+                all = true;
+                break;
+            };
+            if migrate {
+                let ray = PathRay::of_shadow(&shadow, world.shadow_key(point, lights), pixel);
+                if let Some(number) = self.take_slot(RaySlot::new(ray, root, from.since)) {
+                    self.enqueue(number);
+                }
+            } else if let Some(place) = self.shadows.get_mut(self.fresh) {
+                shadow.pixel = u32::from(pixel);
+                *place = ShadowSlot { shadow, trail: Trail::START, depth: [0; 3], root, begun: 0 };
+                self.fresh = self.fresh.saturating_add(1);
             }
-            return;
+            made = made.saturating_add(1);
         }
-        self.open(root);
-        shadow.pixel = u32::from(pixel);
-        if let Some(place) = self.shadows.get_mut(self.fresh) {
-            *place = ShadowSlot { shadow, trail: Trail::START, depth: [0; 3], root, begun: 0 };
-            self.fresh = self.fresh.saturating_add(1);
+        if migrate {
+            self.counts.shade.shadow = self.counts.shade.shadow.saturating_add(made as u64);
+        } else {
+            self.open(root, made as u32);
+            let held = self.fresh.saturating_add(self.parked) as u32;
+            self.counts.shadows_peak = self.counts.shadows_peak.max(held);
         }
-        let held = self.fresh.saturating_add(self.parked) as u32;
-        self.counts.shadows_peak = self.counts.shadows_peak.max(held);
+        (made as u32, all)
     }
 
     /// Traces some of the shadow rays that wait, bundle by bundle.
@@ -53,33 +73,36 @@ impl<W: World> Node<'_, W> {
             let fresh = self.shadows.get_mut(..self.fresh).unwrap_or_default();
             crate::render::sort_by_key(fresh, |slot| slot.shadow.source ^ turned);
         }
-        let mut traced = SHADOWS_PER_STEP;
-        if !self.skip_bundle(now) {
-            match self.trace_shadows_together(now) {
-                0 => {
-                    for _ in 0..SHADOWS_PER_STEP {
-                        if !self.trace_shadow(now) {
-                            break;
-                        }
-                    }
-                }
-                count => traced = count,
+        let traced = match self.last_bundle() {
+            Some((false, count)) if self.skip_bundle(count, now) => SHADOWS_PER_STEP,
+            bundle => {
+                let count = bundle.map_or(0, |(_, count)| count).min(self.bundle_len());
+                let together = self.trace_shadows_together(count, now);
+                if together > 0 { together } else { self.trace_shadows(count, now) }
             }
-        }
+        };
         self.draining = self.fresh > 0;
         traced
     }
 
-    /// Whether the last bundle is one that nothing can be in the way of: then it is done.
-    fn skip_bundle(&mut self, now: Time) -> bool {
-        let fresh = self.shadows.get(..self.fresh).unwrap_or_default();
-        let Some(last) = fresh.last().filter(|slot| slot.begun == 0) else { return false };
-        let source = last.shadow.source;
-        let alike = |slot: &&ShadowSlot| slot.begun == 0 && slot.shadow.source == source;
-        let count = fresh.iter().rev().take(BUNDLE).take_while(alike).count();
+    /// The shadow rays at the end that go to the same light and are at their beginning: whether they have been looked at, and how many they are.
+    fn last_bundle(&self) -> Option<(bool, usize)> {
+        let fresh = self.shadows.get(..self.fresh)?;
+        let &ShadowSlot { begun, shadow: Shadow { source, .. }, .. } = fresh.last()?;
+        let last = fresh.get(fresh.len().saturating_sub(BUNDLE)..)?;
+        let alike = |slot: &&ShadowSlot| {
+            slot.shadow.source == source
+                && slot.begun == begun
+                && (begun == 0 || slot.trail == Trail::START)
+        };
+        Some((begun != 0, last.iter().rev().take_while(alike).count()))
+    }
+
+    /// Looks at the last bundle: whether it is one that nothing can be in the way of. Then it is done.
+    fn skip_bundle(&mut self, count: usize, now: Time) -> bool {
         let first = self.fresh.saturating_sub(count);
-        let Self { world, blocks, work, shadows, .. } = self;
-        let bundle = shadows.get(first..self.fresh).unwrap_or_default();
+        let bundle = self.shadows.get(first..self.fresh).unwrap_or_default();
+        let Self { world, blocks, work, .. } = self;
         let clear = world.is_clear(blocks, bundle.iter().map(|slot| &slot.shadow), work);
         let mut room = [0; AHEAD];
         let most = if clear { 0 } else { self.settings.prefetch.most().min(AHEAD) };
@@ -97,48 +120,54 @@ impl<W: World> Node<'_, W> {
         let traced = &mut self.counts.shade;
         let kind = if clear { &mut traced.shadow_clear } else { &mut traced.shadow };
         *kind = kind.saturating_add(count as u64);
-        for at in first..self.fresh {
-            let Some(slot) = self.shadows.get_mut(at) else { break };
-            slot.begun = 1;
-            if clear {
-                let slot = *slot;
-                self.end_shadow(&slot);
-            }
-        }
         if clear {
+            (first..self.fresh).for_each(|at| self.end_shadow(at, false));
             self.fresh = first;
+        } else {
+            let bundle = self.shadows.get_mut(first..self.fresh).unwrap_or_default();
+            bundle.iter_mut().for_each(|slot| slot.begun = 1);
         }
         clear
     }
 
-    fn end_shadow(&mut self, slot: &ShadowSlot) {
-        let sum = self.world.passed(slot.shadow.light(), slot.depth);
-        self.add(slot.root, slot.shadow.pixel as u16, sum);
-        self.close(slot.root);
+    /// The shadow ray of a slot has come to its end.
+    pub(super) fn end_shadow(&mut self, at: usize, hidden: bool) {
+        let Some(slot) = self.shadows.get(at) else { return };
+        let (root, pixel) = (slot.root, slot.shadow.pixel as u16);
+        if !hidden {
+            let sum = self.world.passed(slot.shadow.light(), slot.depth);
+            self.add(root, pixel, sum);
+        }
+        self.close(root);
     }
 
-    /// Takes the last shadow ray that has been looked at; `None` if there is none.
+    /// Takes the last shadow ray.
     pub(super) fn take_shadow(&mut self) -> Option<ShadowSlot> {
-        let at = self.fresh.checked_sub(1)?;
-        let slot = self.shadows.get(at).copied().filter(|slot| slot.begun != 0)?;
-        self.fresh = at;
-        Some(slot)
+        self.fresh = self.fresh.checked_sub(1)?;
+        self.shadows.get(self.fresh).copied()
     }
 
-    /// Traces the last shadow ray that has been looked at; `false` if there is none.
-    fn trace_shadow(&mut self, now: Time) -> bool {
-        let Some(mut slot) = self.take_shadow() else { return false };
-        let ray = slot.shadow.ray();
-        let Self { world, blocks, work, .. } = self;
-        let traced = world.shadow(blocks, &ray, &mut slot.trail, &mut slot.depth, work);
-        self.shadow_traced(slot, traced, now);
-        true
+    /// Traces some of the last shadow rays one by one: how many. Of those that are not at their beginning `count` is 0.
+    fn trace_shadows(&mut self, count: usize, now: Time) -> u32 {
+        let most = (count as u32).clamp(1, SHADOWS_PER_STEP);
+        for _ in 0..most {
+            let Some(mut slot) = self.take_shadow() else { break };
+            let ray = slot.shadow.ray();
+            let Self { world, blocks, work, .. } = self;
+            let traced = world.shadow(blocks, &ray, &mut slot.trail, &mut slot.depth, work);
+            self.shadow_traced(slot, traced, now);
+        }
+        most
     }
 
     /// A shadow ray has come to its end, or to a block that is not here.
     pub(super) fn shadow_traced(&mut self, slot: ShadowSlot, traced: Traced, now: Time) {
         match traced {
-            Traced::Done => self.end_shadow(&slot),
+            Traced::Done => {
+                let sum = self.world.passed(slot.shadow.light(), slot.depth);
+                self.add(slot.root, slot.shadow.pixel as u16, sum);
+                self.close(slot.root);
+            }
             Traced::Missing(block) => {
                 self.parked = self.parked.saturating_add(1);
                 let place = self.shadows.len().saturating_sub(self.parked);

@@ -115,7 +115,7 @@ pub(super) struct ShadowSlot {
     pub(super) trail: Trail,
     pub(super) depth: [u32; 3],
     pub(super) root: u16,
-    /// It has been stopped by a missing block before.
+    /// It has been looked at with its bundle.
     pub(super) begun: u16,
 }
 

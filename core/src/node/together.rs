@@ -1,5 +1,5 @@
-use super::slots::{RaySlot, ShadowSlot, Stage};
-use super::{Node, Time, World};
+use super::slots::{RaySlot, Stage};
+use super::{Ends, Node, Time, World};
 use crate::shade::PackedHit;
 use crate::trace::Trail;
 
@@ -14,7 +14,7 @@ const QUIET: u8 = 64;
 
 impl<W: World> Node<'_, W> {
     /// Rays that it traces together, at most.
-    fn bundle_len(&self) -> usize {
+    pub(super) fn bundle_len(&self) -> usize {
         if self.is_quiet() { MOST } else { MOST_BUSY }
     }
 
@@ -36,7 +36,7 @@ impl<W: World> Node<'_, W> {
         }
         let Self { world, blocks, work, .. } = self;
         let count = if shadow {
-            world.shadows_together(blocks, rays.map(|ray| ray.ray()), work)
+            world.shadows_together(blocks, rays.map(|ray| ray.ray()), work).count
         } else {
             world.closest_together(blocks, rays, work)
         };
@@ -61,25 +61,25 @@ impl<W: World> Node<'_, W> {
         count as u32
     }
 
-    /// Traces the last of the shadow rays that wait together with those of its bundle: how many.
-    pub(super) fn trace_shadows_together(&mut self, now: Time) -> u32 {
-        let fresh = self.shadows.get(..self.fresh).unwrap_or_default();
-        let Some(source) = fresh.last().map(|slot| slot.shadow.source) else { return 0 };
-        let alike = |slot: &&ShadowSlot| {
-            slot.begun == 1 && slot.shadow.source == source && slot.trail == Trail::START
-        };
-        let rays = fresh.iter().rev().take(self.bundle_len()).take_while(alike);
-        if rays.clone().count() < FEWEST {
+    /// Traces the last shadow rays, which are of a bundle, together: how many.
+    pub(super) fn trace_shadows_together(&mut self, count: usize, now: Time) -> u32 {
+        if count < FEWEST {
             return 0;
         }
-        let rays = rays.map(|slot| slot.shadow.ray());
+        let fresh = self.shadows.get(..self.fresh).unwrap_or_default();
+        let rays = fresh.iter().rev().take(count).map(|slot| slot.shadow.ray());
         let Self { world, blocks, work, .. } = self;
-        let count = world.shadows_together(blocks, rays, work);
+        let Ends { count, stopped, hidden } = world.shadows_together(blocks, rays, work);
         for at in 0..count {
-            let Some((traced, trail, depth)) = self.world.shadow_end(at) else { break };
-            let Some(mut slot) = self.take_shadow() else { break };
-            (slot.trail, slot.depth) = (trail, depth);
-            self.shadow_traced(slot, traced, now);
+            if stopped >> at & 1 == 1 {
+                let Some((traced, trail, depth)) = self.world.shadow_end(at) else { break };
+                let Some(mut slot) = self.take_shadow() else { break };
+                (slot.trail, slot.depth) = (trail, depth);
+                self.shadow_traced(slot, traced, now);
+            } else {
+                self.fresh = self.fresh.saturating_sub(1);
+                self.end_shadow(self.fresh, hidden >> at & 1 == 1);
+            }
         }
         count as u32
     }

@@ -69,8 +69,8 @@ pub trait World {
         _source: &mut S,
         _rays: impl Iterator<Item = Ray>,
         _work: &mut Work,
-    ) -> usize {
-        0
+    ) -> Ends {
+        Ends::default()
     }
 
     /// How far one of the shadow rays has come that were traced together last, and its optical depth.
@@ -102,13 +102,16 @@ pub trait World {
     /// Begins, or goes on with, the choice of lights of a point.
     fn lights(&self, point: &Self::Point, saved: Option<[u32; 8]>) -> Self::Lights;
 
-    /// The next shadow ray of a point, and its name.
+    /// The next shadow ray of a point.
     fn next_shadow(
         &self,
         point: &Self::Point,
         lights: &mut Self::Lights,
         counts: &mut Counts,
-    ) -> Option<(Shadow, PathKey)>;
+    ) -> Option<Shadow>;
+
+    /// The name of the shadow ray that came last.
+    fn shadow_key(&self, point: &Self::Point, lights: &Self::Lights) -> PathKey;
 
     /// Where the choice of lights is.
     fn save(&self, lights: &Self::Lights) -> [u32; 8];
@@ -129,6 +132,17 @@ pub trait World {
 
     /// Whether an arrived block is sound.
     fn check(&self, block: u32, bytes: &[u8]) -> bool;
+}
+
+/// What became of shadow rays that were traced together.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Ends {
+    /// The first so many: 64 at most.
+    pub count: usize,
+    /// Those that have not come to their end, a bit each.
+    pub stopped: u64,
+    /// Those whose light is hidden, a bit each. Nothing is in the way of the others.
+    pub hidden: u64,
 }
 
 /// How far a ray has come.
@@ -381,12 +395,18 @@ impl<T: Tracer> World for Picture<'_, T> {
         source: &mut S,
         rays: impl Iterator<Item = Ray>,
         work: &mut Work,
-    ) -> usize {
+    ) -> Ends {
         if self.shader.tables().needs.any(Needs::TRANSPARENT) {
-            return 0;
+            return Ends::default();
         }
         let tracer = self.tracer;
-        self.together(work, |room| room.ask(tracer, source, rays))
+        let count = self.together(work, |room| room.ask(tracer, source, rays));
+        let room = self.room.and_then(|room| room.try_borrow().ok());
+        room.map_or_else(Ends::default, |room| Ends {
+            count,
+            stopped: room.all_stopped(),
+            hidden: room.all_hidden(),
+        })
     }
 
     #[cfg(feature = "bundles")]
@@ -462,37 +482,32 @@ impl<T: Tracer> World for Picture<'_, T> {
         point: &Point,
         lights: &mut Lights,
         counts: &mut Counts,
-    ) -> Option<(Shadow, PathKey)> {
+    ) -> Option<Shadow> {
         loop {
-            let bundle = match lights.bundle {
-                Some(bundle) if lights.next < bundle.len => bundle,
-                _ => {
-                    if lights.bundle.is_some() {
-                        lights.next = 0;
+            if let Some(bundle) = &lights.bundle {
+                while lights.next < bundle.len {
+                    let j = lights.next;
+                    lights.next = j.saturating_add(1);
+                    match self.shader.shadow_ray(point, bundle, j) {
+                        Some(shadow) => return Some(Shadow::new(&shadow, bundle.light, 0)),
+                        None => counts.shadow_dark = counts.shadow_dark.saturating_add(1),
                     }
-                    lights.before = lights.direct;
-                    let mut counted = Counts::default();
-                    let bundle = self.shader.next_bundle(point, &mut lights.direct, &mut counted);
-                    if !core::mem::take(&mut lights.again) {
-                        counts.add(&counted);
-                    }
-                    lights.bundle = bundle;
-                    if lights.next >= bundle?.len {
-                        continue;
-                    }
-                    bundle?
                 }
-            };
-            let j = lights.next;
-            lights.next = lights.next.saturating_add(1);
-            match self.shader.shadow_ray(point, &bundle, j) {
-                Some(shadow) => {
-                    let key = point.path.key.child(!bundle.light).child(j);
-                    return Some((Shadow::new(&shadow, bundle.light, 0), key));
-                }
-                None => counts.shadow_dark = counts.shadow_dark.saturating_add(1),
+                lights.next = 0;
             }
+            lights.before = lights.direct;
+            let mut counted = Counts::default();
+            lights.bundle = self.shader.next_bundle(point, &mut lights.direct, &mut counted);
+            if !core::mem::take(&mut lights.again) {
+                counts.add(&counted);
+            }
+            lights.bundle.as_ref()?;
         }
+    }
+
+    fn shadow_key(&self, point: &Point, lights: &Lights) -> PathKey {
+        let light = lights.bundle.map_or(0, |bundle| bundle.light);
+        point.path.key.child(!light).child(lights.next.saturating_sub(1))
     }
 
     fn save(&self, lights: &Lights) -> [u32; 8] {

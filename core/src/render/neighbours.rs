@@ -66,6 +66,17 @@ impl Neighbours {
         self.hidden.get(at).copied().unwrap_or(true)
     }
 
+    /// All rays that are hidden, as far as it is known: a bit each.
+    pub(crate) fn all_hidden(&self) -> u64 {
+        const { assert!(BUNDLE <= 64) };
+        self.hidden.iter().zip(0..).fold(0, |all, (&hidden, at)| all | u64::from(hidden) << at)
+    }
+
+    /// All rays that have stopped for want of a block: a bit each.
+    pub(crate) fn all_stopped(&self) -> u64 {
+        self.room.all_stopped()
+    }
+
     /// Where a ray has stopped for want of a block.
     pub(crate) fn stopped(&self, at: usize) -> Option<Trail> {
         self.room.stopped(at)

@@ -7,7 +7,7 @@ use core::fmt;
 /// A fetched block lies in its frame in the format of the file, and is thereby part of the octree for
 /// every later task (dissertation, 4.5: there a flag and a list through the object sets; here the
 /// lookup by block number is a table of its own, so that blocks stay untouched bytes). The least
-/// recently used block leaves first.
+/// recently used block leaves first; uses count from the first time on that one leaves.
 ///
 /// A borrow of a block's bytes is its pin: while it is traced nothing can be evicted, and nothing can
 /// wait, by the borrow's type.
@@ -151,9 +151,7 @@ impl<'a> BlockCache<'a> {
 
     /// As [`find`](Self::find), but neither hit nor miss: the miss that made the block come has been counted.
     pub(super) fn first_use(&mut self, block: u32) -> Option<Found> {
-        let frame = self.table.find(block).filter(|&frame| !self.table.is_on_its_way(frame))?;
-        self.table.touch(frame);
-        Some(Found::Frame(frame))
+        self.table.used(block).map(Found::Frame)
     }
 
     /// What was found.

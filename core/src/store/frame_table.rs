@@ -58,7 +58,7 @@ pub const fn frame_table_bytes(frames: usize) -> usize {
 /// The index is a hash table with linear probing (Knuth, TAOCP 3, 6.4, algorithms L and R: a removal
 /// moves later entries back, so there are no tombstones and a search stays short for ever). Frames
 /// that may leave are linked from newest to oldest; what is protected, unused or on its way
-/// is in no list.
+/// is in no list. As long as no block had to leave, the newest is the one that came last: where all blocks fit, to use one costs nothing.
 #[derive(Debug)]
 pub(super) struct FrameTable<'a> {
     entries: &'a mut [FrameEntry],
@@ -69,6 +69,8 @@ pub(super) struct FrameTable<'a> {
     free: FrameId,
     free_len: usize,
     evictable_len: usize,
+    /// A block had to leave. Before the first one, no use changes the order.
+    evicts: bool,
 }
 
 impl<'a> FrameTable<'a> {
@@ -84,6 +86,7 @@ impl<'a> FrameTable<'a> {
             free: FrameId::NONE,
             free_len: 0,
             evictable_len: 0,
+            evicts: false,
         };
         for frame in (0..table.entries.len() as u32).rev() {
             table.put_free(FrameId(frame));
@@ -132,6 +135,7 @@ impl<'a> FrameTable<'a> {
         let frame = if evicts { self.oldest } else { self.free };
         let older = self.entries.get(frame.index())?.older;
         if evicts {
+            self.evicts = true;
             self.unlink(frame);
             self.forget(frame);
         } else {
@@ -170,17 +174,22 @@ impl<'a> FrameTable<'a> {
         self.set(frame, 0, ON_ITS_WAY);
     }
 
-    /// The frame was used: it becomes the newest.
+    /// The frame of a block all of whose bytes are there: it is used, and becomes the newest.
     #[inline]
-    pub(super) fn touch(&mut self, frame: FrameId) {
-        if frame != self.newest {
-            if self.entries.get(frame.index()).is_some_and(|e| e.state == TAKEN) {
+    pub(super) fn used(&mut self, block: u32) -> Option<FrameId> {
+        let frame = self.find(block)?;
+        let state = self.entries.get(frame.index())?.state;
+        if state == TAKEN {
+            if self.evicts && frame != self.newest {
                 self.unlink(frame);
                 self.link_newest(frame);
-            } else {
-                self.set(frame, 0, UNUSED);
             }
+        } else if state & ON_ITS_WAY != 0 {
+            return None;
+        } else {
+            self.set(frame, 0, UNUSED);
         }
+        Some(frame)
     }
 
     /// Keeps a frame from eviction until [`Self::unprotect`].
@@ -233,6 +242,7 @@ impl<'a> FrameTable<'a> {
         }
         snapshot.len(&mut self.free_len);
         snapshot.len(&mut self.evictable_len);
+        snapshot.bool(&mut self.evicts);
     }
 
     fn put_free(&mut self, frame: FrameId) {

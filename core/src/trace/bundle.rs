@@ -117,6 +117,12 @@ impl Bundle {
         (self.stops.stopped >> ray & 1 == 1).then_some(*trail)
     }
 
+    /// The rays of the last bundle that the source has stopped, a bit each.
+    #[must_use]
+    pub const fn all_stopped(&self) -> u64 {
+        self.stops.stopped
+    }
+
     /// What was visited; counts from zero again.
     pub fn take_visited(&mut self) -> BundleVisited {
         let single = self.single.take_visited();

@@ -1,6 +1,6 @@
 //! A scene of nothing but rules: what a ray meets follows from its name.
 
-use super::super::{Missing, Traced, Work, World};
+use super::super::{Ends, Missing, Traced, Work, World};
 use crate::block::BlockSource;
 use crate::geometry::Ray;
 use crate::path::PathKey;
@@ -200,8 +200,11 @@ impl World for Toy {
         source: &mut S,
         rays: impl Iterator<Item = Ray>,
         _: &mut Work,
-    ) -> usize {
-        self.together(source, rays.map(|ray| Self::shadow_key(ray.origin)))
+    ) -> Ends {
+        let count = self.together(source, rays.map(|ray| Self::shadow_key(ray.origin)));
+        let stopped = self.ends.iter().take(count).zip(0..);
+        let stopped = stopped.filter(|((traced, _), _)| *traced != Traced::Done);
+        Ends { count, stopped: stopped.fold(0, |all, (_, at)| all | 1 << at), hidden: 0 }
     }
 
     fn shadow_end(&self, at: usize) -> Option<(Traced, Trail, [u32; 3])> {
@@ -242,10 +245,14 @@ impl World for Toy {
         point: &ToyPoint,
         lights: &mut ToyLights,
         _: &mut Counts,
-    ) -> Option<(Shadow, PathKey)> {
+    ) -> Option<Shadow> {
         let j = lights.0;
         lights.0 += 1;
-        (j < self.shadows).then(|| self.shadow_of(point.0.key(), j))
+        (j < self.shadows).then(|| self.shadow_of(point.0.key(), j).0)
+    }
+
+    fn shadow_key(&self, point: &ToyPoint, lights: &ToyLights) -> PathKey {
+        self.shadow_of(point.0.key(), lights.0 - 1).1
     }
 
     fn save(&self, lights: &ToyLights) -> [u32; 8] {

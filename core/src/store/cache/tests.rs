@@ -48,7 +48,7 @@ impl Model {
         let here = self.blocks.get(&block).is_some_and(|s| !s.on_its_way);
         if here {
             self.counts.hits += 1;
-            if self.blocks[&block].evictable() {
+            if self.blocks[&block].evictable() && self.counts.evictions > 0 {
                 self.order.retain(|&b| b != block);
                 self.order.push(block);
             }
