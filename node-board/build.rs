@@ -22,6 +22,9 @@ fn main() {
     if env::var_os("CARGO_FEATURE_LINKS").is_some() {
         put(&root.join("memory/share.x"), &out.join("share.x"));
         println!("cargo:rustc-link-arg-bin=kiloray-node=-Tshare.x");
+        if env::var_os("CARGO_FEATURE_DEFMT").is_some() {
+            println!("cargo:rustc-link-arg-bin=kiloray-node=-Tdefmt.x");
+        }
         // Names of interrupts: all have the same handler.
         fs::write(out.join("device.x"), []).expect("OUT_DIR can be written");
         println!("cargo:rerun-if-env-changed=KILORAY_SHARE");

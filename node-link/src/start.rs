@@ -20,6 +20,7 @@ const VERSION_BYTES: usize = size_of::<u32>();
 
 /// Why a node that has asked has no setup.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum NoSetup {
     /// Those that run use another version of it.
     Version(u32),

@@ -2,6 +2,7 @@ use core::fmt;
 
 /// Why the bytes of a block are refused.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum BlockError {
     /// The bytes do not begin at a multiple of 16 in memory.
     Alignment,

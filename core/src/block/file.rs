@@ -25,6 +25,7 @@ pub struct KiloView<'a> {
 
 /// Why a file is refused.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum FileError {
     /// The bytes do not begin at a multiple of 16 in memory.
     Alignment,
@@ -69,6 +70,7 @@ pub enum FileError {
 
 /// A table of the file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Table {
     /// Materials.
     Materials,

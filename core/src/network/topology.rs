@@ -5,6 +5,7 @@ pub const NODES_MAX: u32 = 1 << 15;
 
 /// The number of a node: 0 to the number of nodes less one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct NodeId(pub u16);
 
 /// The number of a link at a node. A port may be unused: a corner of a mesh has no neighbour there.

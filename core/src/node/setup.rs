@@ -63,6 +63,7 @@ pub struct Setup {
 
 /// Why a node cannot begin.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum SetupError {
     /// The setup is of another version, or has a number that cannot be.
     Setup,

@@ -92,6 +92,7 @@ impl ShareHeader {
 
 /// Why a share is refused.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum ShareError {
     /// It does not begin as a share does.
     Magic,

@@ -83,6 +83,7 @@ impl<'a> Arena<'a> {
 
 /// The arena has fewer bytes left than a line needs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct ArenaFull {
     /// Bytes of the line.
     pub need: usize,

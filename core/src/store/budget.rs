@@ -168,6 +168,7 @@ impl fmt::Display for Budget {
 
 /// A memory that cannot work: the least that each line needs, and what there is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct BudgetError {
     /// The memory that was given \[bytes\].
     pub memory: usize,

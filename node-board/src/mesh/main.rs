@@ -25,7 +25,7 @@ use kiloray_link::frame::frame_bytes;
 use kiloray_link::{Link, Tally, ask};
 use static_cell::ConstStaticCell;
 
-use text::{fail, say};
+use text::{Of, fail, say};
 use time::Ticks;
 
 /// All memory that the actor uses.
@@ -100,7 +100,7 @@ async fn node() {
         Err(error) => fail("setup", &error),
     };
     if usize::from(setup.payload) > PAYLOAD_BYTES {
-        fail("setup", &format_args!("packets of {} bytes: {} fit", setup.payload, PAYLOAD_BYTES));
+        fail("longer packets than fit", &Of(setup.payload.into(), PAYLOAD_BYTES));
     }
     // Used where it was made: moved, it would lie on the stack too.
     let mut made = setup.node(&share, Scalar, ARENA.take());
@@ -108,7 +108,7 @@ async fn node() {
         Ok(node) => node,
         Err(error) => fail("setup", error),
     };
-    say("node", &format_args!("{} of {}", here.0, share.placement().nodes));
+    say("node", &Of(here.0.into(), share.placement().nodes.into()));
     // Of this node; a UART that nothing is joined to is at no port.
     let mesh = *node.router().mesh();
     let mut ports = mesh.joined(here);

@@ -1,19 +1,34 @@
-//! What the board says: over semihosting, to whoever debugs or emulates it.
-
-use core::fmt::Display;
+//! What the board says, over semihosting, to whoever debugs or emulates it: in words (feature `text`), as what `defmt-print` makes words of (`defmt`),
+//! or only what it is about.
 
 use semihosting::process;
 
+#[cfg(feature = "defmt")]
+use defmt_semihosting as _;
+
+/// What can be said.
+#[cfg(not(feature = "defmt"))]
+pub(crate) use core::fmt::Display as Shown;
+/// What can be said.
+#[cfg(feature = "defmt")]
+pub(crate) use defmt::Format as Shown;
+
 /// A line.
 #[cfg(feature = "text")]
-pub(crate) fn say(what: &str, text: &dyn Display) {
+pub(crate) fn say(what: &str, text: &dyn Shown) {
     semihosting::println!("{}: {}", what, text);
 }
 
+/// A line.
+#[cfg(feature = "defmt")]
+pub(crate) fn say(what: &str, text: &impl Shown) {
+    defmt::println!("{=str}: {}", what, text);
+}
+
 /// The first word of a line: all that is left where code for text is left out.
-#[cfg(not(feature = "text"))]
+#[cfg(not(any(feature = "text", feature = "defmt")))]
 #[inline(always)]
-pub(crate) fn say(what: &str, _: &dyn Display) {
+pub(crate) fn say(what: &str, _: &dyn Shown) {
     write(&[what.as_bytes()]);
 }
 
@@ -25,7 +40,7 @@ pub(crate) fn say_number(what: &str, number: usize) {
 }
 
 /// A short line, as it is.
-#[cfg(any(feature = "stack", not(feature = "text")))]
+#[cfg(any(feature = "stack", not(any(feature = "text", feature = "defmt"))))]
 fn write(parts: &[&[u8]]) {
     use core::ffi::CStr;
 
@@ -42,7 +57,7 @@ fn write(parts: &[&[u8]]) {
 
 /// A line, and the end.
 #[inline(always)]
-pub(crate) fn fail(what: &str, why: &dyn Display) -> ! {
+pub(crate) fn fail(what: &str, why: &impl Shown) -> ! {
     say(what, why);
     process::exit(1);
 }
@@ -52,4 +67,14 @@ pub(crate) fn fail(what: &str, why: &dyn Display) -> ! {
 #[panic_handler]
 fn panic(_: &core::panic::PanicInfo<'_>) -> ! {
     process::exit(101);
+}
+
+/// A part of a whole, as of nodes.
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub(crate) struct Of(pub(crate) usize, pub(crate) usize);
+
+impl core::fmt::Display for Of {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        write!(f, "{} of {}", self.0, self.1)
+    }
 }
