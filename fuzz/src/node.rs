@@ -4,8 +4,8 @@ use kiloray_core::network::{
     Channel, HOST, LANES, Lane, Mesh, NodeId, PacketHeader, Port, Topology,
 };
 use kiloray_core::node::{
-    Dealing, Next, Node, NodeNeeds, NodePlan, Picture, Placement, Prefetch, Rom, Schedule,
-    Settings, ShadowPolicy, TaskOrder, Time,
+    Dealing, Next, Node, NodeNeeds, NodePlan, Picture, Placement, PointHome, Prefetch, Rom,
+    Schedule, Settings, ShadowPolicy, TaskOrder, Time,
 };
 use kiloray_core::protocol::{Items, Message, write};
 use kiloray_core::render::Tiling;
@@ -71,6 +71,7 @@ impl<'a> Bench<'a> {
             splits: SPLITS as usize,
             schedule,
             shadow: ShadowPolicy::Steal,
+            points: PointHome::Owner,
             side: 4,
             packet: 0,
             depth: 0,
@@ -79,6 +80,7 @@ impl<'a> Bench<'a> {
         let settings = Settings {
             schedule,
             shadow: ShadowPolicy::Steal,
+            points: PointHome::Owner,
             placement,
             refusals: 1,
             prefetch: Prefetch::All,

@@ -3,8 +3,8 @@
 use kiloray_core::block::KiloView;
 use kiloray_core::network::{HOST, Mesh, NodeId, PacketHeader, Port, Router, RouterSize, Topology};
 use kiloray_core::node::{
-    Dealing, Next, Node, NodeNeeds, NodePlan, Picture, Placement, Prefetch, Progress, Rom,
-    Schedule, Settings, ShadowPolicy, TaskOrder, Time,
+    Dealing, Next, Node, NodeNeeds, NodePlan, Picture, Placement, PointHome, Prefetch, Progress,
+    Rom, Schedule, Settings, ShadowPolicy, TaskOrder, Time,
 };
 use kiloray_core::render::Tiling;
 use kiloray_core::store::{Arena, Chunk};
@@ -80,6 +80,7 @@ fn plan(file: &KiloView<'_>, mesh: Mesh, bytes: usize) -> Result<NodePlan, Pictu
         splits: shader(file).splits(0),
         schedule: SCHEDULE,
         shadow: ShadowPolicy::Keep,
+        points: PointHome::Finder,
         side: SIDE as usize,
         // Tiles are all that is said: the least does.
         packet: 256,
@@ -101,6 +102,7 @@ fn node<'a>(
     let settings = Settings {
         schedule: SCHEDULE,
         shadow: ShadowPolicy::Keep,
+        points: PointHome::Finder,
         placement: Placement {
             dealing: Dealing::Subtrees,
             blocks: file.blocks(),

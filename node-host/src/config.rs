@@ -1,7 +1,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use kiloray_core::node::{Dealing, Prefetch, Schedule, ShadowPolicy, TaskOrder};
+use kiloray_core::node::{Dealing, PointHome, Prefetch, Schedule, ShadowPolicy, TaskOrder};
 use kiloray_core::scene::View;
 use kiloray_render::MeshOptions;
 use serde::{Deserialize, Serialize};
@@ -49,6 +49,9 @@ pub struct MeshConfig {
     /// Who traces the shadow rays of a hit.
     #[serde(default)]
     pub shadow: ShadowPolicy,
+    /// Where intersection points live.
+    #[serde(default)]
+    pub points: PointHome,
     /// How blocks are dealt out.
     pub placement: Dealing,
     /// Blocks that every node has; left out: as many as suit the scene.
@@ -151,6 +154,7 @@ impl Config {
                 packet: options.packet,
                 schedule: options.schedule,
                 shadow: options.shadow,
+                points: options.points,
                 placement: options.dealing,
                 top: options.top,
                 replicas: options.replicas,

@@ -59,6 +59,7 @@ impl Job {
             replicas: mesh.replicas,
             prefetch: mesh.prefetch,
             shadow: mesh.shadow,
+            points: mesh.points,
             order: mesh.order,
             group: mesh.group,
             refusals: mesh.refusals,

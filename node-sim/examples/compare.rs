@@ -2,14 +2,14 @@
 //! prints whether the pictures are the same, what each took, and where the mesh's time went.
 //!
 //! With `PAIRS=n` it does both n times in turns, and prints the ratio of their processor times; with `ONLY=mesh` or `ONLY=plain` one of
-//! the two, `REPEAT` times. `GROUP`, `SHADOW`, `BW`, `PACKET`, `TOP` and `TILE` set options of the mesh. What a node took of this machine
+//! the two, `REPEAT` times. `GROUP`, `SHADOW`, `POINTS`, `BW`, `PACKET`, `TOP` and `TILE` set options of the mesh. What a node took of this machine
 //! beside its arena is printed where that can be known.
 //!
 //! `cargo run --release -p kiloray-sim --example compare -- SCENE TOPOLOGY NODES MEMORY_KIB SIDE [SCHEDULE [BLOCK_KIB [SAMPLES]]]`
 
 use kiloray_core::block::KiloView;
 use kiloray_core::network::Topology;
-use kiloray_core::node::Schedule;
+use kiloray_core::node::{PointHome, Schedule};
 use kiloray_scene::{builtin, compile, kilo::KiloFile};
 use kiloray_sim::{Control, MeshOptions, Options, Outcome, simulate};
 use std::sync::atomic::AtomicBool;
@@ -49,6 +49,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     }
     if let Ok(p) = std::env::var("GROUP") {
         options.mesh.group = p.parse()?;
+    }
+    if std::env::var("POINTS").is_ok_and(|home| home == "owner") {
+        options.mesh.points = PointHome::Owner;
     }
     options.mesh.memory = memory << 10;
     options.mesh.schedule = match text(5, "hybrid").as_str() {

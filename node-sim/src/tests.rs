@@ -4,7 +4,7 @@ use crate::{
     Control, Crash, Error, Link, MeshOptions, Options, Outcome, Rate, Slow, Status, simulate,
 };
 use kiloray_core::network::{NodeId, Topology};
-use kiloray_core::node::{Dealing, Schedule, ShadowPolicy, TaskOrder};
+use kiloray_core::node::{Dealing, PointHome, Schedule, ShadowPolicy, TaskOrder};
 use kiloray_core::store::Line;
 use kiloray_scene::kilo::KiloFile;
 use kiloray_scene::{builtin, compile};
@@ -12,6 +12,7 @@ use proptest::prelude::*;
 use std::sync::LazyLock;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+const POINTS: [PointHome; 2] = [PointHome::Finder, PointHome::Owner];
 const SHADOWS: [ShadowPolicy; 3] = [ShadowPolicy::Keep, ShadowPolicy::Offer, ShadowPolicy::Steal];
 
 fn scene(name: &str, block_bytes: usize) -> KiloFile {
@@ -98,6 +99,15 @@ fn the_picture_does_not_depend_on_schedule_placement_memory_or_links() {
             let report = same(&file, &options).report;
             let given: u64 = report.nodes.iter().map(|node| node.counts.lights_given).sum();
             assert_eq!(given > 0, shadow != ShadowPolicy::Keep, "{shadow:?}: {given}");
+        }
+    }
+    for points in POINTS {
+        for schedule in [Schedule::Hybrid, Schedule::Demand, Schedule::Data] {
+            let mut options = options(&file, "torus:4x2", 8);
+            (options.mesh.points, options.mesh.schedule) = (points, schedule);
+            let report = same(&file, &options).report;
+            let moved: u64 = report.nodes.iter().map(|node| node.counts.points_moved).sum();
+            assert_eq!(moved > 0, points == PointHome::Owner, "{points:?}, {schedule:?}: {moved}");
         }
     }
     for order in [TaskOrder::Made, TaskOrder::Ready] {
@@ -207,8 +217,10 @@ fn any_options(file: &KiloFile) -> impl Strategy<Value = Options> {
     let division = (shape, schedule, 0_usize..5, 1_u16..4, 1_u16..3, any::<bool>(), 0_u16..5);
     let faults = (0_u32..40, 0_u32..40, 0_u64..20_000, 0_u64..3_000_000, any::<u64>());
     let shadow = prop::sample::select(SHADOWS.to_vec());
-    let ways = (any::<bool>(), any::<bool>(), shadow);
-    (division, faults, ways).prop_map(move |(division, faults, (made, in_arena, shadow))| {
+    let points = prop::sample::select(POINTS.to_vec());
+    let ways = (any::<bool>(), any::<bool>(), shadow, points);
+    (division, faults, ways).prop_map(move |(division, faults, ways)| {
+        let (made, in_arena, shadow, points) = ways;
         let (loss, duplicate, jitter, crash, seed) = faults;
         let ((shape, nodes), schedule, memory, replicas, crashes, robin, group) = division;
         let topology = Topology::parse(shape, nodes).expect("a shape that exists");
@@ -218,6 +230,7 @@ fn any_options(file: &KiloFile) -> impl Strategy<Value = Options> {
         options.mesh.memory = (24 << 10) << memory;
         options.mesh.schedule = schedule;
         options.mesh.shadow = shadow;
+        options.mesh.points = points;
         options.mesh.replicas = replicas;
         options.mesh.dealing = if robin { Dealing::RoundRobin } else { Dealing::Subtrees };
         options.mesh.group = group;

@@ -8,7 +8,9 @@ use std::sync::{Mutex, PoisonError};
 
 use fastrand::Rng;
 use kiloray_core::network::{NodeId, Topology};
-use kiloray_core::node::{Dealing, Placement, Prefetch, Schedule, ShadowPolicy, TaskOrder};
+use kiloray_core::node::{
+    Dealing, Placement, PointHome, Prefetch, Schedule, ShadowPolicy, TaskOrder,
+};
 use kiloray_scene::kilo::KiloFile;
 use kiloray_scene::{builtin, compile};
 use kiloray_sim::{
@@ -149,6 +151,7 @@ fn drawn(random: &mut Rng, file: &KiloFile) -> Options {
     options.mesh.schedule = one_of(random, &[Schedule::Hybrid, Schedule::Demand, Schedule::Data]);
     options.mesh.shadow =
         one_of(random, &[ShadowPolicy::Keep, ShadowPolicy::Offer, ShadowPolicy::Steal]);
+    options.mesh.points = one_of(random, &[PointHome::Finder, PointHome::Owner]);
     options.mesh.dealing = one_of(random, &[Dealing::Subtrees, Dealing::RoundRobin]);
     options.mesh.top = Some(random.u32(1..=3));
     options.mesh.prefetch =

@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use fastrand::Rng;
 use kiloray_core::network::{NodeId, Topology};
-use kiloray_core::node::Schedule;
+use kiloray_core::node::{PointHome, Schedule};
 use kiloray_core::scene::View;
 use kiloray_core::shade::Settings;
 use kiloray_render::framing;
@@ -29,6 +29,8 @@ const SHAPES: [&str; 4] = ["mesh", "torus", "hypercube", "ring"];
 const MEMORIES: [usize; 3] = [1, 2, 8];
 const SCHEDULES: [(&str, Schedule); 3] =
     [("hybrid", Schedule::Hybrid), ("demand", Schedule::Demand), ("data", Schedule::Data)];
+/// Each for every second case.
+const POINTS: [(&str, PointHome); 2] = [("finder", PointHome::Finder), ("owner", PointHome::Owner)];
 /// Pixels of a side of the picture.
 const SIDE: u32 = 64;
 /// Virtual time that no run takes \[ns\]: with the least memory a ray that needs a hundred blocks fetches a hundred, and a minute is far more than all of them take.
@@ -62,6 +64,7 @@ pub struct Case {
     shape: &'static str,
     memory: usize,
     schedule: (&'static str, Schedule),
+    points: (&'static str, PointHome),
 }
 
 impl Case {
@@ -115,13 +118,10 @@ impl Matrix {
                 let topology =
                     Topology::parse(shape, nodes.into()).map_err(|e| format!("{shape}: {e}"))?;
                 for memory in MEMORIES {
-                    cases.extend(SCHEDULES.map(|schedule| Case {
-                        scene,
-                        topology,
-                        shape,
-                        memory,
-                        schedule,
-                    }));
+                    for schedule in SCHEDULES {
+                        let points = POINTS[cases.len() % 2];
+                        cases.push(Case { scene, topology, shape, memory, schedule, points });
+                    }
                 }
             }
         }
@@ -138,9 +138,10 @@ impl Matrix {
     /// What a case is called.
     #[must_use]
     pub fn name(&self, case: &Case) -> String {
-        let Case { topology, shape, memory, schedule, .. } = case;
+        let Case { topology, shape, memory, schedule, points, .. } = case;
         let Scene { name, block, .. } = &self.scenes[case.scene];
-        format!("{name}/{}KiB/{shape}/{}/{memory}x/{}", block >> 10, topology.nodes(), schedule.0)
+        let (kib, nodes) = (block >> 10, topology.nodes());
+        format!("{name}/{kib}KiB/{shape}/{nodes}/{memory}x/{}/{}", schedule.0, points.0)
     }
 
     /// Runs a case without and with faults; how many runs that were.
@@ -182,6 +183,7 @@ fn options(scene: &Scene, case: &Case, fault: Fault) -> Result<Options, String> 
     let mut options = Options::new(SIDE, SIDE, scene.view, case.topology);
     options.mesh.settings = settings();
     options.mesh.schedule = case.schedule.1;
+    options.mesh.points = case.points.1;
     match fault {
         Fault::None => {}
         Fault::Loss => options.faults.loss = Rate { count: 1, of: 100 },
@@ -227,10 +229,11 @@ fn compare(scene: &Scene, options: &Options) -> Result<u64, String> {
 fn command(scene: &Scene, case: &Case, options: &Options) -> String {
     let (Case { topology, shape, .. }, Scene { name, block, .. }) = (case, scene);
     let mut words = format!(
-        "kiloray sim {name} --width {SIDE} --height {SIDE} --samples 1 --shadow-samples 1 --block {block} --nodes {} --topology {shape} --memory {} --schedule {}",
+        "kiloray sim {name} --width {SIDE} --height {SIDE} --samples 1 --shadow-samples 1 --block {block} --nodes {} --topology {shape} --memory {} --schedule {} --points {}",
         topology.nodes(),
         options.mesh.memory,
-        case.schedule.0
+        case.schedule.0,
+        case.points.0
     );
     if options.faults.loss.count > 0 {
         words += " --loss 1/100";

@@ -3,7 +3,7 @@ use kiloray_core::network::Topology;
 use serde::Serialize;
 
 use super::mesh::{
-    Placement, Prefetch, Schedule, Shadow, TaskOrder, Top, group, nodes, packet, refusals,
+    Placement, Points, Prefetch, Schedule, Shadow, TaskOrder, Top, group, nodes, packet, refusals,
     replicas, tile,
 };
 
@@ -29,6 +29,9 @@ pub(crate) struct Division {
     /// Who traces shadow rays, where they fetch: the node that found what they start from (keep), or also idle nodes, sent by the master (offer) or asking others (steal)
     #[arg(long, value_name = "S", value_enum, help_heading = "Work")]
     pub(crate) shadow: Option<Shadow>,
+    /// Where the hits of rays are shaded, and wait for their shadow rays and reflections: with the node that found them (finder), or with the one that owns what was hit (owner)
+    #[arg(long, value_name = "P", value_enum, help_heading = "Work")]
+    pub(crate) points: Option<Points>,
     /// How many blocks are fetched ahead for a bundle of shadow rays: all that its pyramid touches, the K nearest, or none [default: 0]
     #[arg(long, value_name = "all|K|0", allow_hyphen_values = true, help_heading = "Work")]
     pub(crate) prefetch: Option<Prefetch>,

@@ -106,6 +106,16 @@ pub(crate) enum Shadow {
     Steal,
 }
 
+/// Where intersection points live.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub(crate) enum Points {
+    /// With the node that has found them
+    Finder,
+    /// With the owner of the block that was hit
+    Owner,
+}
+
 /// Which of the waiting rays goes on first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize)]
 #[serde(rename_all = "lowercase")]

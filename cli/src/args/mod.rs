@@ -17,7 +17,9 @@ use clap::{Args, Parser, Subcommand, ValueEnum, ValueHint};
 pub(crate) use division::Division;
 #[cfg(feature = "host")]
 pub(crate) use mesh::Top;
-pub(crate) use mesh::{Mesh, Placement, Prefetch, Profile, Schedule, Shadow, Switching, TaskOrder};
+pub(crate) use mesh::{
+    Mesh, Placement, Points, Prefetch, Profile, Schedule, Shadow, Switching, TaskOrder,
+};
 pub(crate) use options::{Bounds, Common, Exposure, ViewChoice};
 pub(crate) use parse::{command, parse};
 use serde::Serialize;
@@ -174,7 +176,7 @@ pub(crate) struct Host {
 
 /// What a configuration says, and cannot be typed beside it.
 #[cfg(feature = "host")]
-const SAID_BY_CONFIG: [&str; 24] = [
+const SAID_BY_CONFIG: [&str; 25] = [
     "scenes",
     "width",
     "height",
@@ -190,6 +192,7 @@ const SAID_BY_CONFIG: [&str; 24] = [
     "topology",
     "schedule",
     "shadow",
+    "points",
     "prefetch",
     "task_order",
     "tile",

@@ -58,6 +58,12 @@ pub(super) fn with(
             args::Shadow::Steal => node::ShadowPolicy::Steal,
         };
     }
+    if let Some(points) = division.points {
+        options.points = match points {
+            args::Points::Finder => node::PointHome::Finder,
+            args::Points::Owner => node::PointHome::Owner,
+        };
+    }
     options.dealing = match division.placement {
         args::Placement::Subtrees => node::Dealing::Subtrees,
         args::Placement::RoundRobin => node::Dealing::RoundRobin,
@@ -109,6 +115,7 @@ pub(super) fn add_json(
     all["topology"] = json!(topology);
     all["prefetch"] = json!(prefetch(options.prefetch));
     all["shadow"] = json!(options.shadow);
+    all["points"] = json!(options.points);
     all["task_order"] = json!(format!("{:?}", options.order).to_lowercase());
     all["packet"] = json!(options.packet);
     all["group"] = json!(options.group);

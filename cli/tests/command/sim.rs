@@ -21,8 +21,8 @@ fn a_mesh_gives_the_bits_of_one_node() {
     folder.run(&format!("render {picture} --quiet --json render.json")).done();
     let hash = json(&folder.path().join("render.json"))["image_hash"].clone();
     for mesh in [
-        "--nodes 4 --topology ring --shadow offer --no-baseline",
-        "--topology mesh:3x2 --memory 64KiB --schedule data --no-baseline",
+        "--nodes 4 --topology ring --shadow offer --points owner --no-baseline",
+        "--topology mesh:3x2 --memory 64KiB --schedule data --points finder --no-baseline",
         "--topology torus:2x2x2 --schedule demand --placement round-robin --no-baseline",
         "--nodes 8 --topology tree --loss 1/50 --duplicate 1% --jitter 2us --no-baseline",
         "--nodes 9 --crash 4@300us --block-replicas 2 --slow 1:3 --no-baseline",
@@ -160,6 +160,7 @@ fn senseless_meshes_are_refused_in_one_line() {
         ("--link-latency 1", "1us"),
         ("--prefetch some", "all"),
         ("--shadow give", "keep, offer, steal"),
+        ("--points master", "finder, owner"),
         ("--tile 0", "1 to 1024"),
         ("-o out.jpg", ".png, .hdr or .exr"),
     ] {

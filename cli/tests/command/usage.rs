@@ -56,6 +56,7 @@ fn help_teaches() {
         "--top",
         "--block-replicas",
         "--shadow <S>",
+        "--points <P>",
         "--prefetch",
         "--task-order",
         "--tile",

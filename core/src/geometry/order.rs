@@ -56,12 +56,12 @@ mod tests {
     fn triangle(t: f32, material: u16, x: f32) -> Hit {
         let vertices = [Vec3::ZERO, Vec3::X, Vec3::new(x, 1.0, 0.0)];
         let primitive = Primitive::Triangle { vertices, normals: None };
-        Hit { t, b1: 0.0, b2: 0.0, material, primitive }
+        Hit { t, b1: 0.0, b2: 0.0, material, primitive, block: 0 }
     }
 
     fn sphere(t: f32, material: u16, radius: f32, inward: bool) -> Hit {
         let primitive = Primitive::Sphere { center: Vec3::ZERO, radius, inward };
-        Hit { t, b1: 0.0, b2: 0.0, material, primitive }
+        Hit { t, b1: 0.0, b2: 0.0, material, primitive, block: 0 }
     }
 
     #[test]

@@ -16,7 +16,9 @@ pub struct Ray {
 }
 
 /// What a ray hit, with all that shading needs of it: the block it lies in may leave its frame.
-#[derive(Debug, Clone, Copy, PartialEq)]
+///
+/// Two hits are equal wherever they lie: what a hit is does not depend on how the scene is cut into blocks.
+#[derive(Debug, Clone, Copy)]
 pub struct Hit {
     /// Where on the ray.
     pub t: f32,
@@ -28,6 +30,16 @@ pub struct Hit {
     pub material: u16,
     /// The primitive itself.
     pub primitive: Primitive,
+    /// The block that it lies in.
+    pub block: u32,
+}
+
+impl PartialEq for Hit {
+    fn eq(&self, other: &Self) -> bool {
+        let Self { t, b1, b2, material, primitive, block: _ } = self;
+        (*t, *b1, *b2, *material, *primitive)
+            == (other.t, other.b1, other.b2, other.material, other.primitive)
+    }
 }
 
 /// A primitive by its own data.

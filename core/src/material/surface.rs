@@ -101,7 +101,8 @@ mod tests {
     use proptest::prelude::*;
 
     fn hit(vertices: [Vec3; 3], normals: Option<[u32; 3]>, t: f32, b1: f32, b2: f32) -> Hit {
-        Hit { t, b1, b2, material: 0, primitive: Primitive::Triangle { vertices, normals } }
+        let primitive = Primitive::Triangle { vertices, normals };
+        Hit { t, b1, b2, material: 0, primitive, block: 0 }
     }
 
     fn ray(origin: Vec3, direction: Vec3) -> Ray {

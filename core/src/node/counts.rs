@@ -22,6 +22,8 @@ pub struct Counts {
     pub migrated: u64,
     /// Hits whose shadow rays were given to other nodes.
     pub lights_given: u64,
+    /// Hits that were sent to the owners of their blocks.
+    pub points_moved: u64,
     /// Rays and hits of other nodes that were run here.
     pub visitors: u64,
     /// Rays that other nodes refused.
@@ -65,6 +67,7 @@ impl Counts {
             (&mut self.packets, other.packets),
             (&mut self.migrated, other.migrated),
             (&mut self.lights_given, other.lights_given),
+            (&mut self.points_moved, other.points_moved),
             (&mut self.visitors, other.visitors),
             (&mut self.refused, other.refused),
             (&mut self.run_at_home, other.run_at_home),

@@ -1,6 +1,6 @@
 use super::outbox::Open;
 use super::slots::{FetchSlot, RaySlot, Root, Serve, ShadowSlot};
-use super::{RayKind, Schedule, ShadowPolicy};
+use super::{PointHome, RayKind, Schedule, ShadowPolicy};
 use crate::network::{Channel, Mesh, NodeId, RouterSize};
 use crate::protocol::Item;
 use crate::shade::Sum;
@@ -59,6 +59,8 @@ pub struct NodeNeeds {
     pub schedule: Schedule,
     /// Who traces shadow rays.
     pub shadow: ShadowPolicy,
+    /// Where intersection points live.
+    pub points: PointHome,
     /// Pixels along a tile.
     pub side: usize,
     /// Greatest payload of a packet \[bytes\]; 0 for the [default](NodePlan::packet).
@@ -161,9 +163,11 @@ impl NodePlan {
 
     fn of(step: &Step, memory: usize, needs: &NodeNeeds) -> Self {
         let shadows_migrate = needs.schedule.migrates(RayKind::Shadow);
-        let helps =
-            needs.shadow != ShadowPolicy::Keep && needs.mesh.nodes() > 1 && !shadows_migrate;
-        let visited = helps || needs.schedule.expects_visits(needs.mesh.nodes(), needs.splits);
+        let nodes = needs.mesh.nodes();
+        let helps = needs.shadow != ShadowPolicy::Keep && nodes > 1 && !shadows_migrate;
+        let visited = helps
+            || needs.schedule.expects_visits(nodes, needs.splits)
+            || needs.points.expects_visits(nodes);
         let least = needs.schedule.reserve(needs.splits).saturating_add(1);
         let rays = step.rays.max(least);
         let payload = match needs.packet {

@@ -9,8 +9,8 @@ use crate::store::Place;
 
 /// Requests for a ray after which it is run at home.
 const RAY_TRIES: u8 = 5;
-/// As many where the ray is the lights of a hit.
-const LIGHTS_TRIES: u8 = 2;
+/// As many where the hit is known: nothing needs to be fetched at home.
+const HIT_TRIES: u8 = 2;
 
 impl<W: World> Node<'_, W> {
     /// How many slots must stay free beside that of a new ray: one for each time that it, or what follows from it, needs
@@ -29,7 +29,7 @@ impl<W: World> Node<'_, W> {
         match ray.task() {
             Task::Shadow => 0,
             Task::Lights => self.settings.schedule.reserve(0),
-            Task::Path => self.settings.schedule.reserve(splits),
+            Task::Path | Task::Hit => self.settings.schedule.reserve(splits),
         }
     }
 
@@ -85,7 +85,7 @@ impl<W: World> Node<'_, W> {
     }
 
     /// Writes a slot back.
-    fn put(&mut self, number: u16, slot: RaySlot) {
+    pub(super) fn put(&mut self, number: u16, slot: RaySlot) {
         if let Some(place) = self.rays.get_mut(usize::from(number)) {
             *place = slot;
         }
@@ -97,7 +97,7 @@ impl<W: World> Node<'_, W> {
         match slot.stage() {
             Stage::Trace => self.trace(number, slot, now),
             Stage::Send => self.send(number, slot, now),
-            Stage::Shade => self.shade(number, slot),
+            Stage::Shade => self.shade(number, slot, now),
             Stage::Split => self.split(number, slot),
             Stage::Free | Stage::Blocked | Stage::Away => true,
         }
@@ -123,7 +123,7 @@ impl<W: World> Node<'_, W> {
             world.closest(blocks, &slot.ray, &mut trail, &mut slot.best, work)
         };
         slot.set_trail(&trail);
-        if self.traced(number, &mut slot, traced, now) && !self.shade(number, slot) {
+        if self.traced(number, &mut slot, traced, now) && !self.shade(number, slot, now) {
             self.enqueue(number);
         }
         true
@@ -170,7 +170,7 @@ impl<W: World> Node<'_, W> {
     }
 
     /// Shades a hit: its light, its shadow rays as long as there is room, then its children.
-    fn shade(&mut self, number: u16, mut slot: RaySlot) -> bool {
+    fn shade(&mut self, number: u16, mut slot: RaySlot, now: Time) -> bool {
         let begun = slot.at.last() == Some(&1);
         if begun && !self.has_shadow_room() {
             return false;
@@ -179,7 +179,14 @@ impl<W: World> Node<'_, W> {
         let only_lights = slot.ray.task() == Task::Lights;
         if !begun {
             self.work.shadings = self.work.shadings.saturating_add(1);
-            if !only_lights {
+            if point.as_ref().is_some_and(|point| self.lives_elsewhere(&slot, point)) {
+                if !self.keeps(Rule::WholeAnswer) {
+                    self.add(slot.root, slot.ray.pixel(), light);
+                }
+                return self.send_hit(number, slot, now);
+            }
+            let added = slot.ray.task() == Task::Hit && !self.keeps(Rule::WholeAnswer);
+            if !only_lights && !added {
                 self.add(slot.root, slot.ray.pixel(), light);
             }
         }
@@ -248,22 +255,22 @@ impl<W: World> Node<'_, W> {
         self.follow(number, slot, children)
     }
 
-    /// Sends a ray to the owner of its next block.
+    /// Sends a ray to the owner of its next block, or of its hit's.
     ///
     /// A ray that is all that is left of a visit goes on in the visit's name, with what that has brought: nothing waits for it here
     /// (a tail call, rule 9).
-    fn send(&mut self, number: u16, mut slot: RaySlot, now: Time) -> bool {
+    pub(super) fn send(&mut self, number: u16, mut slot: RaySlot, now: Time) -> bool {
         let trail = slot.trail();
         let only_lights = slot.ray.task() == Task::Lights;
-        let to = if only_lights {
-            NodeId(slot.sent_to)
-        } else {
-            let Some(to) = self.owner_for(trail.block(), slot.tries) else {
-                slot.run_at_home();
-                self.put(number, slot);
-                return false;
-            };
-            to
+        let to = match slot.ray.task() {
+            Task::Lights => Some(NodeId(slot.sent_to)),
+            Task::Hit => self.owner_for(slot.best.block(), slot.tries),
+            Task::Path | Task::Shadow => self.owner_for(trail.block(), slot.tries),
+        };
+        let Some(to) = to else {
+            slot.run_at_home();
+            self.put(number, slot);
+            return false;
         };
         let visit = self.roots.get(usize::from(slot.root)).copied();
         let visit =
@@ -279,7 +286,7 @@ impl<W: World> Node<'_, W> {
         if !self.push(to, &Message::Ray(message), now) {
             return false;
         }
-        if slot.tries == 0 && !only_lights {
+        if slot.tries == 0 && !slot.ray.task().knows_hit() {
             self.counts.migrated = self.counts.migrated.saturating_add(1);
         }
         if visit.is_some() {
@@ -318,8 +325,8 @@ impl<W: World> Node<'_, W> {
                 self.counts.rays_again = self.counts.rays_again.saturating_add(1);
                 slot.tries = slot.tries.saturating_add(1);
                 slot.set_stage(Stage::Send);
-                let lights = slot.ray.task() == Task::Lights;
-                if slot.tries >= if lights { LIGHTS_TRIES } else { RAY_TRIES } {
+                let known = slot.ray.task().knows_hit();
+                if slot.tries >= if known { HIT_TRIES } else { RAY_TRIES } {
                     self.counts.run_at_home = self.counts.run_at_home.saturating_add(1);
                     slot.run_at_home();
                 }
@@ -349,7 +356,7 @@ impl<W: World> Node<'_, W> {
         };
         slot.refusals = slot.refusals.saturating_add(1);
         let helper = (slot.ray.task() == Task::Lights).then_some(slot.sent_to);
-        let home = helper.is_some() || slot.refusals > most && limited;
+        let home = slot.ray.task().knows_hit() || slot.refusals > most && limited;
         if home {
             slot.since = oldest;
             slot.run_at_home();
@@ -396,7 +403,7 @@ impl<W: World> Node<'_, W> {
         let number = self.begin_path();
         let mut slot = RaySlot::new(message.ray, at as u16, number).at_trail(&message.trail);
         slot.best = message.best;
-        if slot.ray.task() == Task::Lights {
+        if slot.ray.task().knows_hit() {
             slot.at = [0; 8];
             slot.set_stage(Stage::Shade);
         }
@@ -433,9 +440,9 @@ impl<W: World> Node<'_, W> {
 
     /// Whether a camera ray can begin: some slots are left to rays of other nodes.
     pub(super) fn can_open_camera_rays(&self) -> bool {
-        let Settings { schedule, placement, .. } = &self.settings;
-        let splits = self.world.splits(0);
-        let visited = schedule.expects_visits(placement.nodes, splits);
+        let Settings { schedule, points, placement, .. } = &self.settings;
+        let (nodes, splits) = (placement.nodes, self.world.splits(0));
+        let visited = schedule.expects_visits(nodes, splits) || points.expects_visits(nodes);
         let kept = if visited { self.rays.len() / 4 } else { 0 };
         self.free_len > schedule.reserve(splits).max(kept)
             && self.tiles.opening(self.roots).is_some()

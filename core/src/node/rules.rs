@@ -24,6 +24,8 @@ pub(super) enum Rule {
     FrameFree,
     /// 14: an answer is accepted by the name of its ray, not by its slot alone.
     AnswerByKey,
+    /// 14: the answer of a name is all that its ray brings, whoever gives it, so that a late one is a right one.
+    WholeAnswer,
     /// 15: the time limit of what is open always runs.
     Timer,
 }

@@ -7,6 +7,8 @@ pub struct Settings {
     pub schedule: Schedule,
     /// Who traces the shadow rays of a hit.
     pub shadow: ShadowPolicy,
+    /// Where intersection points live.
+    pub points: PointHome,
     /// Which node owns which block.
     pub placement: Placement,
     /// Refusals of a ray after which the node that sent it runs it itself.
@@ -90,6 +92,25 @@ pub enum ShadowPolicy {
     Offer,
     /// Also nodes without work, which ask others for some by chance.
     Steal,
+}
+
+/// Where an intersection point lives: its lights are asked and its children begin there, and what they bring comes back there.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
+pub enum PointHome {
+    /// With the node that has found it.
+    #[default]
+    Finder,
+    /// With the owner of the block that its surface lies in, apart from points that would only pass on what one ray brings.
+    Owner,
+}
+
+impl PointHome {
+    /// Whether a node of so many may have to visit another to find its points a home.
+    pub(super) const fn expects_visits(self, nodes: u16) -> bool {
+        nodes > 1 && matches!(self, Self::Owner)
+    }
 }
 
 /// How many blocks are fetched ahead for a bundle of shadow rays.

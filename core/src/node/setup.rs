@@ -1,8 +1,8 @@
 use bytemuck::{Pod, Zeroable};
 
 use super::{
-    Node, NodeNeeds, NodePlan, Picture, Prefetch, Schedule, Settings, ShadowPolicy, Share,
-    TaskOrder, Time,
+    Node, NodeNeeds, NodePlan, Picture, PointHome, Prefetch, Schedule, Settings, ShadowPolicy,
+    Share, TaskOrder, Time,
 };
 use crate::network::{Grid, Mesh, Topology};
 use crate::render::Tiling;
@@ -81,8 +81,9 @@ const TREE: u8 = 2;
 const FULL: u8 = 3;
 
 impl Setup {
-    /// The version of this layout: whatever changes it raises it. (1 had a view in place of the camera, and a schedule alone as its policy.)
-    pub const VERSION: u32 = 2;
+    /// The version of this layout: whatever changes it raises it. (1 had a view in place of the camera, and a schedule alone as its policy; 2
+    /// did not say where points live, and rays did not say in which block they hit.)
+    pub const VERSION: u32 = 3;
     /// Its length.
     pub const BYTES: usize = size_of::<Self>();
 
@@ -152,6 +153,7 @@ impl Setup {
         Settings {
             schedule: self.schedule(),
             shadow: self.shadow(),
+            points: self.points(),
             placement: *share.placement(),
             refusals: self.refusals,
             prefetch: match self.prefetch {
@@ -185,6 +187,7 @@ impl Setup {
             splits: if specular { usize::from(self.bounces.min(SPLITS)) } else { 0 },
             schedule: self.schedule(),
             shadow: self.shadow(),
+            points: self.points(),
             side: usize::from(self.side),
             packet: usize::from(self.payload),
             depth: self.depth,
@@ -216,9 +219,9 @@ impl Setup {
             .map_err(SetupError::Arena)
     }
 
-    /// What a setup says for these: the number of the first in the lowest two bits, that of the next above it, in the order in which they are declared.
+    /// What a setup says for these: the number of the first in the lowest two bits, those of the next above it, in the order in which they are declared.
     #[must_use]
-    pub const fn code(schedule: Schedule, shadow: ShadowPolicy) -> u8 {
+    pub const fn code(schedule: Schedule, shadow: ShadowPolicy, points: PointHome) -> u8 {
         let schedule = match schedule {
             Schedule::Hybrid => 0,
             Schedule::Demand => 1,
@@ -229,7 +232,11 @@ impl Setup {
             ShadowPolicy::Offer => 1,
             ShadowPolicy::Steal => 2,
         };
-        schedule | shadow << 2
+        let points = match points {
+            PointHome::Finder => 0,
+            PointHome::Owner => 1,
+        };
+        schedule | shadow << 2 | points << 4
     }
 
     const fn schedule(&self) -> Schedule {
@@ -245,6 +252,13 @@ impl Setup {
             0 => ShadowPolicy::Keep,
             1 => ShadowPolicy::Offer,
             _ => ShadowPolicy::Steal,
+        }
+    }
+
+    const fn points(&self) -> PointHome {
+        match self.policy >> 4 & 3 {
+            0 => PointHome::Finder,
+            _ => PointHome::Owner,
         }
     }
 }

@@ -78,7 +78,8 @@ impl RaySlot {
         self.stage = stage as u8;
     }
 
-    /// The name by which its answer is known. The lights of a hit have another than the ray, which may have been in this slot before.
+    /// The name by which its answer is known. The lights of a hit have another than the ray, which may have been in this slot before; what a
+    /// hit brings is what its ray brings, so that an answer to either is right (rule 14).
     pub(super) fn name(&self) -> PathKey {
         let key = self.ray.key();
         if self.ray.task() == Task::Lights { key.child(LIGHTS) } else { key }
@@ -88,7 +89,7 @@ impl RaySlot {
     pub(super) fn run_at_home(&mut self) {
         self.home = 1;
         self.set_stage(match self.ray.task() {
-            Task::Lights => Stage::Shade,
+            Task::Lights | Task::Hit => Stage::Shade,
             Task::Path | Task::Shadow => Stage::Trace,
         });
     }

@@ -124,6 +124,9 @@ pub trait World {
         counts: &mut Counts,
     ) -> [Option<PathRay>; 2];
 
+    /// Whether a point asks no light and sends one ray at most, so that it only passes on what that brings.
+    fn passes_on(&self, point: &Self::Point) -> bool;
+
     /// What is left of a shadow ray's light.
     fn passed(&self, light: glam::Vec3, depth: [u32; 3]) -> Sum;
 
@@ -526,6 +529,10 @@ impl<T: Tracer> World for Picture<'_, T> {
     #[cfg(not(feature = "specular"))]
     fn children(&self, _: &Point, _: u16, _: &mut Counts) -> [Option<PathRay>; 2] {
         [None; 2]
+    }
+
+    fn passes_on(&self, point: &Point) -> bool {
+        point.passes_on()
     }
 
     fn passed(&self, light: glam::Vec3, depth: [u32; 3]) -> Sum {

@@ -34,6 +34,16 @@ pub enum Task {
     Shadow = 1,
     /// What the lights bring to its hit, which is known.
     Lights = 2,
+    /// What its hit, which is known, brings, and all that follows from it: what a [`Path`](Self::Path) brings whose hit it is.
+    Hit = 3,
+}
+
+impl Task {
+    /// Whether the hit is known: then no block is needed to begin.
+    #[must_use]
+    pub const fn knows_hit(self) -> bool {
+        matches!(self, Self::Lights | Self::Hit)
+    }
 }
 
 impl PathRay {
@@ -119,6 +129,7 @@ impl PathRay {
         match self.task {
             1 => Task::Shadow,
             2 => Task::Lights,
+            3 => Task::Hit,
             _ => Task::Path,
         }
     }
@@ -187,6 +198,7 @@ pub struct PackedHit {
     material: u16,
     kind: u16,
     data: [u32; 12],
+    block: u32,
 }
 
 /// In [`PackedHit::kind`].
@@ -197,7 +209,8 @@ const BUBBLE: u16 = 4;
 
 impl PackedHit {
     /// No hit.
-    pub const NONE: Self = Self { t: 0.0, b1: 0.0, b2: 0.0, material: 0, kind: 0, data: [0; 12] };
+    pub const NONE: Self =
+        Self { t: 0.0, b1: 0.0, b2: 0.0, material: 0, kind: 0, data: [0; 12], block: 0 };
 
     /// Packs a hit.
     #[must_use]
@@ -217,7 +230,8 @@ impl PackedHit {
                 if inward { BUBBLE } else { SPHERE }
             }
         };
-        Self { t: hit.t, b1: hit.b1, b2: hit.b2, material: hit.material, kind, data }
+        let Hit { t, b1, b2, material, block, .. } = *hit;
+        Self { t, b1, b2, material, kind, data, block }
     }
 
     /// In place of a hit the optical depth of a shadow ray.
@@ -233,6 +247,12 @@ impl PackedHit {
     pub fn depth(&self) -> [u32; 3] {
         let [a, b, c, ..] = self.data;
         [a, b, c]
+    }
+
+    /// The block that it lies in; of no hit 0.
+    #[must_use]
+    pub const fn block(&self) -> u32 {
+        self.block
     }
 
     /// The hit.
@@ -252,7 +272,8 @@ impl PackedHit {
             },
             _ => return None,
         };
-        Some(Hit { t: self.t, b1: self.b1, b2: self.b2, material: self.material, primitive })
+        let Self { t, b1, b2, material, block, .. } = *self;
+        Some(Hit { t, b1, b2, material, primitive, block })
     }
 }
 
@@ -269,6 +290,7 @@ mod tests {
             normals: Option<[u32; 3]>,
             sphere: bool,
             inward: bool,
+            block: u32,
         ) {
             let a = Vec3::new(x, y, z);
             let primitive = if sphere {
@@ -276,8 +298,10 @@ mod tests {
             } else {
                 Primitive::Triangle { vertices: [a, a + Vec3::X, Vec3::new(t, b1, b2)], normals }
             };
-            let hit = Hit { t, b1, b2, material, primitive };
-            prop_assert_eq!(PackedHit::new(Some(&hit)).get(), Some(hit));
+            let hit = Hit { t, b1, b2, material, primitive, block };
+            let packed = PackedHit::new(Some(&hit));
+            prop_assert_eq!(packed.get(), Some(hit));
+            prop_assert_eq!(packed.block(), block);
             prop_assert_eq!(PackedHit::new(None).get(), None);
         }
     }

@@ -53,6 +53,16 @@ impl Point {
         }
     }
 
+    /// Whether all that it has to do is to pass on what one ray brings: it asks no light, and sends one ray at most.
+    #[must_use]
+    pub fn passes_on(&self) -> bool {
+        #[cfg(feature = "specular")]
+        let splits = self.path.depth < SPLITS && !self.chance.contains(&0.0);
+        #[cfg(not(feature = "specular"))]
+        let splits = false;
+        self.bsdf.answers() == [false; 2] && !splits
+    }
+
     /// The density, over all its chances, with which this point itself sends a ray in a direction of this lobe density.
     pub(super) fn ray_density(&self, above: bool, lobe: f32) -> f32 {
         #[cfg(feature = "specular")]

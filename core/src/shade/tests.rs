@@ -115,11 +115,11 @@ impl Brute<'_> {
         self.0.primitives.iter().filter_map(move |&(material, primitive)| match primitive {
             Primitive::Triangle { vertices, .. } => {
                 let hit = prepared.triangle(vertices)?;
-                Some(Hit { t: hit.t, b1: hit.b1, b2: hit.b2, material, primitive })
+                Some(Hit { t: hit.t, b1: hit.b1, b2: hit.b2, material, primitive, block: 0 })
             }
             Primitive::Sphere { center, radius, .. } => {
                 let t = prepared.sphere(center, radius)?;
-                Some(Hit { t, b1: 0.0, b2: 0.0, material, primitive })
+                Some(Hit { t, b1: 0.0, b2: 0.0, material, primitive, block: 0 })
             }
         })
     }

@@ -74,6 +74,7 @@ pub(super) fn triangle<Q: Query>(
         b2: hit.b2,
         material: record.material,
         primitive: Primitive::Triangle { vertices, normals: normals(view, index) },
+        block: view.number(),
     })
 }
 
@@ -119,7 +120,8 @@ pub(super) fn spheres<Q: Query>(
         }
         let Some(t) = ray.sphere(center, radius) else { continue };
         let primitive = Primitive::Sphere { center, radius, inward: inward != 0.0 };
-        let hit = || Hit { t, b1: 0.0, b2: 0.0, material: record.material, primitive };
+        let (material, block) = (record.material, view.number());
+        let hit = || Hit { t, b1: 0.0, b2: 0.0, material, primitive, block };
         if query.hit(ray, t, hit) {
             return true;
         }

@@ -347,6 +347,7 @@ fn leaves<L: Lanes, Q: Query>(
                             vertices: [a, b, c],
                             normals: normals(view, index),
                         },
+                        block: view.number(),
                     });
                     if let Some(t_max) = group.t_max.get_mut(lane) {
                         *t_max = if done { f32::NEG_INFINITY } else { shorter.t_max };

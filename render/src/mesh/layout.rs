@@ -1,8 +1,8 @@
 use kiloray_core::block::KiloView;
 use kiloray_core::network::{HOST, Mesh, NodeId, PacketHeader, RouterSize, Topology};
 use kiloray_core::node::{
-    Dealing, NodeNeeds, NodePlan, Placement, Prefetch, Rom, Schedule, Settings, ShadowPolicy,
-    TaskOrder, Time,
+    Dealing, NodeNeeds, NodePlan, Placement, PointHome, Prefetch, Rom, Schedule, Settings,
+    ShadowPolicy, TaskOrder, Time,
 };
 use kiloray_core::shade::{self, Shader, Tables};
 use kiloray_core::store::{Budget, BudgetError};
@@ -26,6 +26,8 @@ pub struct MeshOptions {
     pub schedule: Schedule,
     /// Who traces the shadow rays of a hit.
     pub shadow: ShadowPolicy,
+    /// Where intersection points live.
+    pub points: PointHome,
     /// How blocks are dealt out to nodes.
     pub dealing: Dealing,
     /// Blocks that every node has; `None` for as many as suit the scene.
@@ -59,6 +61,7 @@ impl MeshOptions {
             packet: 0,
             schedule: Schedule::Hybrid,
             shadow: ShadowPolicy::default(),
+            points: PointHome::default(),
             dealing: Dealing::Subtrees,
             top: None,
             replicas: 1,
@@ -132,6 +135,7 @@ impl MeshLayout {
                 splits,
                 schedule: options.schedule,
                 shadow: options.shadow,
+                points: options.points,
                 side: side as usize,
                 packet: usize::from(options.packet).saturating_sub(PacketHeader::BYTES),
                 depth: 0,
@@ -145,6 +149,7 @@ impl MeshLayout {
         let settings = Settings {
             schedule: options.schedule,
             shadow: options.shadow,
+            points: options.points,
             placement,
             refusals: options.refusals,
             prefetch: options.prefetch,

@@ -136,7 +136,7 @@ fn shared_edge_is_hit_and_the_tie_has_a_winner() {
             .filter_map(|&vertices| {
                 let hit = ray.triangle(vertices)?;
                 let primitive = Primitive::Triangle { vertices, normals: None };
-                Some(Hit { t: hit.t, b1: hit.b1, b2: hit.b2, material: 0, primitive })
+                Some(Hit { t: hit.t, b1: hit.b1, b2: hit.b2, material: 0, primitive, block: 0 })
             })
             .collect();
         assert_eq!(hits.len(), 2);

@@ -33,7 +33,7 @@ fn closest(scene: &Scene, ray: &Ray) -> Option<Hit> {
             }
         };
         let Some((t, b1, b2)) = found else { continue };
-        let hit = Hit { t, b1, b2, material, primitive };
+        let hit = Hit { t, b1, b2, material, primitive, block: 0 };
         if best.is_none_or(|best| hit.is_closer_than(&best)) {
             best = Some(hit);
         }

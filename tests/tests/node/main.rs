@@ -10,8 +10,8 @@ use executor::{Tasks, TestClock};
 use kiloray_core::block::KiloView;
 use kiloray_core::network::{HOST, Mesh, NodeId, PacketHeader, Port, Router, RouterSize, Topology};
 use kiloray_core::node::{
-    Actor, Clock, Dealing, Joint, Next, Node, NodeNeeds, NodePlan, Picture, Placement, Prefetch,
-    Rom, Schedule, Settings, ShadowPolicy, TaskOrder, Time, run,
+    Actor, Clock, Dealing, Joint, Next, Node, NodeNeeds, NodePlan, Picture, Placement, PointHome,
+    Prefetch, Rom, Schedule, Settings, ShadowPolicy, TaskOrder, Time, run,
 };
 use kiloray_core::render::Tiling;
 use kiloray_core::shade::{SPLITS, Shader, Tables};
@@ -90,6 +90,7 @@ fn by_two_nodes(
     let settings = Settings {
         schedule: Schedule::Hybrid,
         shadow: ShadowPolicy::default(),
+        points: PointHome::default(),
         placement,
         refusals: 2,
         prefetch: Prefetch::Nearest(0),
@@ -109,6 +110,7 @@ fn by_two_nodes(
             splits: usize::from(SPLITS),
             schedule: settings.schedule,
             shadow: settings.shadow,
+            points: settings.points,
             side: SIDE as usize,
             packet: 0,
             depth: 0,

@@ -18,7 +18,7 @@ use std::{
 
 use kiloray_core::{
     network::{HOST, Mesh, NodeId, Topology},
-    node::{Dealing, Placement, Schedule, Setup, ShadowPolicy, Time},
+    node::{Dealing, Placement, PointHome, Schedule, Setup, ShadowPolicy, Time},
     shade::{self, Shader, Tables},
     view::Camera,
 };
@@ -221,7 +221,7 @@ fn setup(scene: &Scene, options: &Options, mesh: &Mesh) -> Outcome<Setup> {
         scene: scene.file.view().header().crc,
         sizes: [0; 15],
         topology: 0,
-        policy: Setup::code(Schedule::Hybrid, ShadowPolicy::Keep),
+        policy: Setup::code(Schedule::Hybrid, ShadowPolicy::Keep, PointHome::Finder),
         seed,
         // A block takes some tenths of a second over each of the lines. Nodes wait longer where they see that it takes longer.
         patience: Time(2_000_000_000),

@@ -7,7 +7,10 @@ use kiloray_host::{Config, Folder, Job};
 use kiloray_render::{MeshOptions, framing};
 
 use crate::{
-    args::{self, Bounds, Common, Division, Placement, Prefetch, Schedule, Shadow, TaskOrder, Top},
+    args::{
+        self, Bounds, Common, Division, Placement, Points, Prefetch, Schedule, Shadow, TaskOrder,
+        Top,
+    },
     command::{division, engine, node::refused},
     failure::{Failure, Outcome},
     scene::{self, Scene},
@@ -74,6 +77,10 @@ fn of_config(host: &args::Host, path: &Path) -> Outcome<Prepared> {
             node::ShadowPolicy::Keep => Shadow::Keep,
             node::ShadowPolicy::Offer => Shadow::Offer,
             node::ShadowPolicy::Steal => Shadow::Steal,
+        }),
+        points: Some(match options.points {
+            node::PointHome::Finder => Points::Finder,
+            node::PointHome::Owner => Points::Owner,
         }),
         prefetch: Some(match options.prefetch {
             node::Prefetch::All => Prefetch::All,

@@ -285,6 +285,7 @@ fn the_run(page: &mut Page, run: &Run<'_>, shown: &Shown<'_>) {
         ),
         ("host at nodes", format!("{:?}", report.mesh.attached).replace(['[', ']'], "")),
         ("shadow rays", format!("{:?}", o.mesh.shadow).to_lowercase()),
+        ("points live with", format!("{:?}", o.mesh.points).to_lowercase()),
         ("prefetch", division::prefetch(o.mesh.prefetch)),
         ("copies of a block", o.mesh.replicas.to_string()),
         ("simulated in", format!("{:.2} s, {} events", run.done.all_s, count(report.events))),

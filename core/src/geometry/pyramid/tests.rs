@@ -64,7 +64,7 @@ fn beside(n: &mut Numbers, ray: &Ray, t: f32, size: f32) -> [Vec3; 3] {
 fn hit(ray: &Ray, vertices: [Vec3; 3]) -> Option<Hit> {
     let hit = PreparedRay::new(ray).triangle(vertices)?;
     let primitive = Primitive::Triangle { vertices, normals: None };
-    Some(Hit { t: hit.t, b1: hit.b1, b2: hit.b2, material: 0, primitive })
+    Some(Hit { t: hit.t, b1: hit.b1, b2: hit.b2, material: 0, primitive, block: 0 })
 }
 
 /// No box that holds a triangle which a ray of the bundle hits may be outside; nor may its parts be lost when the
@@ -266,7 +266,7 @@ impl MapToSurface for Vec<Vec3> {
                 let (a, b) = (n.direction() * size * 0.01, n.direction() * size * 0.01);
                 let primitive = Primitive::Triangle { vertices: [p, p + a, p + b], normals: None };
                 let ray = Ray { origin: p, direction: a, t_min: 0.0, t_max: 1.0 };
-                Hit { t: 0.0, b1: 0.0, b2: 0.0, material: 0, primitive }.surface(&ray)
+                Hit { t: 0.0, b1: 0.0, b2: 0.0, material: 0, primitive, block: 0 }.surface(&ray)
             })
             .collect()
     }

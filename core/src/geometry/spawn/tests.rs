@@ -63,7 +63,7 @@ fn triangle(n: &mut Numbers) -> [Vec3; 3] {
 fn hit_of(ray: &Ray, vertices: [Vec3; 3]) -> Option<Hit> {
     let hit = PreparedRay::new(ray).triangle(vertices)?;
     let primitive = Primitive::Triangle { vertices, normals: None };
-    Some(Hit { t: hit.t, b1: hit.b1, b2: hit.b2, material: 0, primitive })
+    Some(Hit { t: hit.t, b1: hit.b1, b2: hit.b2, material: 0, primitive, block: 0 })
 }
 
 /// A ray to some point of the triangle, from near or far.
@@ -198,7 +198,7 @@ fn a_ray_from_a_sphere_hits_only_its_far_side() {
         let ray = Ray { origin, direction, t_min: 0.0, t_max: f32::INFINITY };
         let Some(t) = PreparedRay::new(&ray).sphere(center, radius) else { continue };
         let primitive = Primitive::Sphere { center, radius, inward: n.pick(2) == 0 };
-        let point = Hit { t, b1: 0.0, b2: 0.0, material: 0, primitive }.surface(&ray);
+        let point = Hit { t, b1: 0.0, b2: 0.0, material: 0, primitive, block: 0 }.surface(&ray);
         let outward = (point.exact - center.as_dvec3()).normalize();
         for _ in 0..24 {
             let tangent = outward.as_vec3().cross(n.direction()).normalize_or(Vec3::X);
@@ -252,7 +252,7 @@ fn nothing_strange_makes_it_panic() {
             Primitive::Triangle { vertices: [Vec3::X, Vec3::splat(s), Vec3::Z], normals: None },
             Primitive::Sphere { center: Vec3::splat(s), radius: s, inward: false },
         ] {
-            let hit = Hit { t: s, b1: s, b2: s, material: 0, primitive };
+            let hit = Hit { t: s, b1: s, b2: s, material: 0, primitive, block: 0 };
             let point = hit.surface(&ray);
             let out = point.spawn(Vec3::splat(s));
             let to = point.spawn_to(&Target::free(Vec3::splat(s)));

@@ -19,6 +19,7 @@ pub(super) struct Setup {
     pub(super) toy: Toy,
     pub(super) schedule: Schedule,
     pub(super) shadow: ShadowPolicy,
+    pub(super) points: PointHome,
     pub(super) top: u32,
     pub(super) replicas: u16,
     pub(super) refusals: u8,
@@ -153,6 +154,7 @@ impl Setup {
             splits: self.toy.splits as usize,
             schedule: self.schedule,
             shadow: self.shadow,
+            points: self.points,
             side: 1,
             packet: 0,
             depth: 1,
@@ -183,6 +185,7 @@ impl<'a> World<'a> {
         let settings = Settings {
             schedule: setup.schedule,
             shadow: setup.shadow,
+            points: setup.points,
             placement: setup.placement(),
             refusals: setup.refusals,
             prefetch: Prefetch::Nearest(0),

@@ -8,10 +8,11 @@ mod walks;
 
 use self::mesh::{Faults, More, Setup};
 use self::toy::Toy;
-use super::{Schedule, ShadowPolicy, TaskOrder};
+use super::{PointHome, Schedule, ShadowPolicy, TaskOrder};
 use crate::network::Topology;
 
 const SHADOWS: [ShadowPolicy; 3] = [ShadowPolicy::Keep, ShadowPolicy::Offer, ShadowPolicy::Steal];
+const POINTS: [PointHome; 2] = [PointHome::Finder, PointHome::Owner];
 const SCHEDULES: [Schedule; 3] = [Schedule::Hybrid, Schedule::Demand, Schedule::Data];
 
 fn setup(topology: (&str, u32), schedule: Schedule, toy: Toy) -> Setup {
@@ -20,6 +21,7 @@ fn setup(topology: (&str, u32), schedule: Schedule, toy: Toy) -> Setup {
         toy,
         schedule,
         shadow: ShadowPolicy::Keep,
+        points: PointHome::Finder,
         top: 1,
         replicas: 1,
         refusals: 1,

@@ -2,7 +2,7 @@
 
 use super::super::{Ends, Missing, Traced, Work, World};
 use crate::block::BlockSource;
-use crate::geometry::Ray;
+use crate::geometry::{Hit, Primitive, Ray};
 use crate::path::PathKey;
 use crate::shade::{Counts, PackedHit, Path, PathRay, Shadow, ShadowRay, Sum};
 use crate::trace::Trail;
@@ -25,13 +25,14 @@ pub(super) struct Toy {
     pub(super) block_bytes: usize,
     pub(super) seed: u32,
     /// What came of the rays that were traced together last.
-    pub(super) ends: [(Traced, Trail); TOGETHER],
+    pub(super) ends: [(Traced, Trail, PackedHit); TOGETHER],
 }
 
 /// Rays that are traced together.
 pub(super) const TOGETHER: usize = 5;
 /// Nothing came of any yet.
-pub(super) const NO_ENDS: [(Traced, Trail); TOGETHER] = [(Traced::Done, Trail::START); TOGETHER];
+pub(super) const NO_ENDS: [(Traced, Trail, PackedHit); TOGETHER] =
+    [(Traced::Done, Trail::START, PackedHit::NONE); TOGETHER];
 
 fn hash(x: u64) -> u64 {
     PathKey { path: x, sample: 0 }.child(77).path
@@ -50,6 +51,13 @@ impl Toy {
             i if i < len => Some((hash(h ^ u64::from(i)) % u64::from(self.blocks)) as u32),
             _ => None,
         }
+    }
+
+    /// A ray hits something in the last block on its way.
+    fn hit(&self, key: PathKey) -> PackedHit {
+        let block = (0..).map_while(|i| self.block(key, i)).last().unwrap();
+        let primitive = Primitive::Sphere { center: Vec3::ZERO, radius: 1.0, inward: false };
+        PackedHit::new(Some(&Hit { t: 1.0, b1: 0.0, b2: 0.0, material: 0, primitive, block }))
     }
 
     fn light(key: PathKey) -> Sum {
@@ -140,7 +148,7 @@ impl Toy {
         for key in keys.take(TOGETHER) {
             let mut trail = Trail::START;
             let traced = self.walk(source, key, &mut trail);
-            self.ends[count] = (traced, trail);
+            self.ends[count] = (traced, trail, self.hit(key));
             count += 1;
         }
         count
@@ -165,9 +173,10 @@ impl World for Toy {
         source: &mut S,
         ray: &PathRay,
         trail: &mut Trail,
-        _: &mut PackedHit,
+        best: &mut PackedHit,
         _: &mut Work,
     ) -> Traced {
+        *best = self.hit(ray.key());
         self.walk(source, ray.key(), trail)
     }
 
@@ -192,7 +201,7 @@ impl World for Toy {
     }
 
     fn closest_end(&self, at: usize) -> Option<(Traced, Trail, PackedHit)> {
-        self.ends.get(at).map(|&(traced, trail)| (traced, trail, PackedHit::NONE))
+        self.ends.get(at).copied()
     }
 
     fn shadows_together<S: BlockSource<Error = Missing>>(
@@ -203,12 +212,12 @@ impl World for Toy {
     ) -> Ends {
         let count = self.together(source, rays.map(|ray| Self::shadow_key(ray.origin)));
         let stopped = self.ends.iter().take(count).zip(0..);
-        let stopped = stopped.filter(|((traced, _), _)| *traced != Traced::Done);
+        let stopped = stopped.filter(|((traced, ..), _)| *traced != Traced::Done);
         Ends { count, stopped: stopped.fold(0, |all, (_, at)| all | 1 << at), hidden: 0 }
     }
 
     fn shadow_end(&self, at: usize) -> Option<(Traced, Trail, [u32; 3])> {
-        self.ends.get(at).map(|&(traced, trail)| (traced, trail, [0; 3]))
+        self.ends.get(at).map(|&(traced, trail, _)| (traced, trail, [0; 3]))
     }
 
     fn is_clear<'r, S: BlockSource<Error = Missing>>(
@@ -261,6 +270,10 @@ impl World for Toy {
 
     fn children(&self, point: &ToyPoint, _: u16, _: &mut Counts) -> [Option<PathRay>; 2] {
         self.children_of(&point.0)
+    }
+
+    fn passes_on(&self, point: &ToyPoint) -> bool {
+        self.shadows == 0 && self.children_of(&point.0).iter().flatten().count() < 2
     }
 
     fn passed(&self, light: Vec3, _: [u32; 3]) -> Sum {

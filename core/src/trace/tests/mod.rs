@@ -82,7 +82,7 @@ pub(crate) fn hit_of(ray: &PreparedRay, item: &Item) -> Option<Hit> {
         }
         Primitive::Sphere { center, radius, .. } => (ray.sphere(center, radius)?, 0.0, 0.0),
     };
-    Some(Hit { t, b1, b2, material: item.1, primitive: item.0 })
+    Some(Hit { t, b1, b2, material: item.1, primitive: item.0, block: 0 })
 }
 
 /// All hits of a ray, the closest first.

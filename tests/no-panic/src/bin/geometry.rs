@@ -14,7 +14,7 @@ fn hit() -> Hit {
     } else {
         Primitive::Sphere { center: any(), radius: any(), inward: any::<u8>() == 0 }
     };
-    Hit { t: any(), b1: any(), b2: any(), material: any(), primitive }
+    Hit { t: any(), b1: any(), b2: any(), material: any(), primitive, block: any() }
 }
 
 entry!({

@@ -6,8 +6,8 @@ use core::hint::black_box;
 use kiloray_core::block::KiloView;
 use kiloray_core::network::{Mesh, NodeId, Port, RouterSize, Topology};
 use kiloray_core::node::{
-    Dealing, Node, NodeNeeds, NodePlan, Picture, Placement, Prefetch, Rom, Schedule, Settings,
-    ShadowPolicy, TaskOrder, Time,
+    Dealing, Node, NodeNeeds, NodePlan, Picture, Placement, PointHome, Prefetch, Rom, Schedule,
+    Settings, ShadowPolicy, TaskOrder, Time,
 };
 use kiloray_core::render::Tiling;
 use kiloray_core::shade::{self, Shader, Tables};
@@ -25,6 +25,10 @@ fn shadow() -> ShadowPolicy {
     }
 }
 
+fn points() -> PointHome {
+    if any::<u8>() == 0 { PointHome::Finder } else { PointHome::Owner }
+}
+
 fn settings() -> Settings {
     let dealing = if any::<u8>() == 0 { Dealing::Subtrees } else { Dealing::RoundRobin };
     let placement = Placement { dealing, blocks: any(), nodes: any(), top: any(), replicas: any() };
@@ -35,6 +39,7 @@ fn settings() -> Settings {
             _ => Schedule::Data,
         },
         shadow: shadow(),
+        points: points(),
         placement,
         refusals: any(),
         prefetch: if any::<u8>() == 0 { Prefetch::All } else { Prefetch::Nearest(any()) },
@@ -56,6 +61,7 @@ fn plan(mesh: Mesh, schedule: Schedule) -> Option<NodePlan> {
         splits: any(),
         schedule,
         shadow: shadow(),
+        points: points(),
         side: any(),
         packet: any(),
         depth: any(),

@@ -14,7 +14,7 @@ entry!({
     } else {
         Primitive::Sphere { center: any(), radius: any(), inward: any::<u8>() == 0 }
     };
-    let hit = Hit { t: any(), b1: any(), b2: any(), material: any(), primitive };
+    let hit = Hit { t: any(), b1: any(), b2: any(), material: any(), primitive, block: any() };
     let surface = hit.surface(&ray);
     let target = Target { point: any(), normal: any(), extent: any(), error: any() };
     black_box((surface.spawn(any()), surface.spawn_to(&target)));

@@ -92,6 +92,11 @@ fn an_answer_is_known_by_its_slot_alone() {
 }
 
 #[test]
+fn who_finds_a_hit_adds_a_part_of_what_its_ray_brings() {
+    is_found(Broken::Node(Rule::WholeAnswer), &[Kind::WrongSum]);
+}
+
+#[test]
 fn the_time_limit_stops_while_a_copy_is_believed_alive() {
     is_found(Broken::Node(Rule::Timer), &STUCK);
 }

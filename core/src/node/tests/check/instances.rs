@@ -4,7 +4,7 @@ use super::super::mesh::{Faults, More, Setup};
 use super::super::toy::{NO_ENDS, Toy};
 use super::super::{SCHEDULES, setup};
 use super::{describe, explore};
-use crate::node::{Schedule, ShadowPolicy, TaskOrder};
+use crate::node::{PointHome, Schedule, ShadowPolicy, TaskOrder};
 
 /// States that a search in the suite may have. `KILORAY_CHECK=1000000` looks further than the suite has time for.
 fn most() -> usize {
@@ -88,6 +88,31 @@ fn who_has_nothing_to_do_may_ask_the_lights_of_others() {
                 let more = More { rays: 1, shadows: 1, ..More::default() };
                 holds(&Setup { shadow, more, faults, ..mesh(("line", 2), 2, splits, schedule) });
             }
+        }
+    }
+}
+
+#[test]
+fn points_may_live_with_the_owners_of_their_blocks() {
+    let none = Faults::default();
+    for (schedule, splits) in [(Schedule::Demand, 0), (Schedule::Hybrid, 1), (Schedule::Data, 1)] {
+        for faults in [
+            none,
+            Faults { losses: 1, ..none },
+            Faults { crashes: 1, ..none },
+            Faults { early: 1, ..none },
+        ] {
+            let points = PointHome::Owner;
+            let replicas = 1 + u16::from(faults.crashes);
+            let setup = mesh(("line", 2), 2, splits, schedule);
+            holds(&Setup { points, faults, replicas, ..setup });
+            if splits == 0 {
+                continue;
+            }
+            // A point that would only pass on an answer: it asks no light, and its children are one.
+            let mut setup = mesh(("ring", 3), 1, 0, schedule);
+            (setup.toy.shadows, setup.toy.tail) = (0, 2);
+            holds(&Setup { points, faults, replicas, ..setup });
         }
     }
 }

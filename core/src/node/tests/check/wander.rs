@@ -2,7 +2,7 @@
 
 use super::super::mesh::{Action, Broken, Faults, More, Setup, World, memory};
 use super::super::toy::{NO_ENDS, Toy};
-use super::super::{SCHEDULES, SHADOWS, setup};
+use super::super::{POINTS, SCHEDULES, SHADOWS, setup};
 use super::{Flaw, Found, Kind, describe};
 use crate::node::TaskOrder;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -64,6 +64,7 @@ pub(super) fn drawn(seed: u64) -> Setup {
         order: if random.bool() { TaskOrder::Made } else { TaskOrder::Ready },
         group: random.u16(..4),
         shadow: SHADOWS[random.usize(..3)],
+        points: POINTS[random.usize(..2)],
         ..setup(topology, schedule, toy)
     }
 }
