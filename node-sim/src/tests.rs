@@ -151,6 +151,19 @@ fn blocks_that_a_node_owns_may_lie_in_its_arena() {
 }
 
 #[test]
+fn blocks_that_every_node_has_leave_room_for_its_own() {
+    let file = scene("sinc:110", 1024);
+    let mut options = options(&file, "torus:8x8", 64);
+    (options.mesh.memory, options.mesh.owned_in_arena) = (24 << 10, true);
+    let report = same(&file, &options).report;
+    let (all, nodes) = (file.view().blocks(), report.nodes.iter());
+    assert!(nodes.clone().all(|node| node.owned_blocks <= all.div_ceil(64) + 2));
+    // As many as there would be outside the arena do not fit.
+    options.mesh.top = Some(all / 64);
+    assert!(matches!(run(&file, &options), Err(Error::Budget(_))));
+}
+
+#[test]
 fn the_same_options_give_the_same_run() {
     let file = scene("glass", 1024);
     let mut options = options(&file, "torus:3x3", 9);

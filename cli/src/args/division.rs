@@ -51,7 +51,8 @@ pub(crate) struct Division {
     /// Which node owns which blocks: subtrees of equal bytes, or each block in turn
     #[arg(long, value_name = "P", value_enum, default_value_t = Placement::Subtrees, help_heading = "Data")]
     pub(crate) placement: Placement,
-    /// How much of the top of the tree lies with every node: bytes (16KiB) or a number of blocks
+    /// How much of the top of the tree lies with every node: bytes (16KiB) or a number of blocks [default: one in 64, of which as many as fit a
+    /// sixteenth of the memory where they take part of it]
     #[arg(long, value_name = "SIZE|N", allow_hyphen_values = true, help_heading = "Data")]
     pub(crate) top: Option<Top>,
     /// Copies of each block in all; the picture survives K - 1 crashes

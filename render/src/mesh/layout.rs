@@ -30,7 +30,7 @@ pub struct MeshOptions {
     pub points: PointHome,
     /// How blocks are dealt out to nodes.
     pub dealing: Dealing,
-    /// Blocks that every node has; `None` for as many as suit the scene.
+    /// Blocks that every node has; `None` for as many as suit the scene, and the memory where they take part of it.
     pub top: Option<u32>,
     /// Copies of each other block.
     pub replicas: u16,
@@ -92,6 +92,8 @@ pub struct MeshLayout {
 
 /// Of the blocks every node has this part, those nearest to the root: more of it is read by most rays.
 const TOP_PART: u32 = 64;
+/// Where they take memory, they take at most this part of it: the node's own take most.
+const TOP_MEMORY_PART: usize = 16;
 /// Tiles for each node, where the picture has so many pixels.
 const TILES_PER_NODE: u32 = 16;
 /// Greatest and least side of a tile.
@@ -116,7 +118,7 @@ impl MeshLayout {
             dealing: options.dealing,
             blocks: file.blocks(),
             nodes,
-            top: options.top.unwrap_or(file.blocks() / TOP_PART).max(1).min(file.blocks()),
+            top: options.top.unwrap_or_else(|| top(file, options)).clamp(1, file.blocks().max(1)),
             replicas: options.replicas,
         };
         let block_bytes = file.limits().block_bytes;
@@ -203,6 +205,13 @@ impl MeshLayout {
             group => nodes.div_ceil(u32::from(group)),
         }
     }
+}
+
+/// How many blocks every node has.
+fn top(file: &KiloView<'_>, options: &MeshOptions) -> u32 {
+    let suits = file.blocks() / TOP_PART;
+    let fits = options.memory / TOP_MEMORY_PART / file.limits().block_bytes.max(1);
+    if options.owned_in_arena { suits.min(fits as u32) } else { suits }
 }
 
 /// The greatest side with which every node has some tiles, and which the memory holds.
