@@ -89,7 +89,10 @@ impl<W: World> Node<'_, W> {
     fn last_bundle(&self) -> Option<(bool, usize)> {
         let fresh = self.shadows.get(..self.fresh)?;
         let &ShadowSlot { begun, shadow: Shadow { source, .. }, .. } = fresh.last()?;
-        let last = fresh.get(fresh.len().saturating_sub(BUNDLE)..)?;
+        // What has been looked at is gone through in each step: no further than it is traced.
+        let traced = self.bundle_len().max(SHADOWS_PER_STEP as usize);
+        let most = if begun == 0 { BUNDLE } else { traced };
+        let last = fresh.get(fresh.len().saturating_sub(most)..)?;
         let alike = |slot: &&ShadowSlot| {
             slot.shadow.source == source
                 && slot.begun == begun

@@ -15,7 +15,11 @@ const QUIET: u8 = 64;
 impl<W: World> Node<'_, W> {
     /// Rays that it traces together, at most.
     pub(super) fn bundle_len(&self) -> usize {
-        if self.is_quiet() { MOST } else { MOST_BUSY }
+        match self.is_quiet() {
+            _ if !cfg!(feature = "bundles") => 0,
+            true => MOST,
+            false => MOST_BUSY,
+        }
     }
 
     /// Whether no other node has asked for anything of late.
