@@ -18,8 +18,8 @@ impl Router<'_> {
         let has_credit = |queue, fifo: &Fifo| {
             state.senders.get(lane(queue, fifo).index()).is_some_and(|s| s.available() > 0)
         };
-        let queue = self.most_urgent(state.turn, |queue, fifo| {
-            fifo.port == port.0 && has_credit(queue, fifo) && !self.is_held(queue)
+        let queue = self.most_urgent(port.0, state.turn, |queue, fifo| {
+            has_credit(queue, fifo) && !self.is_held(queue)
         })?;
         Some(Sent { queue, lane: lane(queue, self.memory.fifos.get(queue)?) })
     }
@@ -29,22 +29,28 @@ impl Router<'_> {
             return None;
         }
         let turn = self.turns.get(channel as usize).copied().unwrap_or_default();
-        self.most_urgent(turn, |queue, fifo| fifo.port == ARRIVED && self.carries(queue, channel))
+        self.most_urgent(ARRIVED, turn, |queue, _| self.carries(queue, channel))
     }
 
-    /// Of these queues the one with the most urgent head; among equals the first from that whose turn it is.
-    fn most_urgent(&self, turn: u16, is_one: impl Fn(usize, &Fifo) -> bool) -> Option<usize> {
+    /// Of the queues whose heads go there the one with the most urgent head; among equals the first from that whose turn it is.
+    fn most_urgent(
+        &self,
+        port: u16,
+        turn: u16,
+        is_one: impl Fn(usize, &Fifo) -> bool,
+    ) -> Option<usize> {
         let queues = self.memory.fifos.get(..self.size.queues())?;
-        let (before, after) = queues.split_at_checked(usize::from(turn)).unwrap_or((&[], queues));
-        let in_turn = (before.len()..).zip(after).chain((0..).zip(before));
-        let mut best: Option<(u8, usize)> = None;
-        for (queue, fifo) in in_turn {
-            let earlier = best.is_none_or(|(priority, _)| fifo.priority < priority);
-            if earlier && is_one(queue, fifo) {
-                best = Some((fifo.priority, queue));
+        let mut best: Option<(u8, bool, usize)> = None;
+        for (queue, fifo) in queues.iter().enumerate() {
+            if fifo.port != port {
+                continue;
+            }
+            let order = (fifo.priority, queue < usize::from(turn), queue);
+            if best.is_none_or(|best| order < best) && is_one(queue, fifo) {
+                best = Some(order);
             }
         }
-        best.map(|(_, queue)| queue)
+        best.map(|(.., queue)| queue)
     }
 
     /// Another packet went before the heads of these queues.
