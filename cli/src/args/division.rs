@@ -9,7 +9,7 @@ use super::mesh::{
 
 /// Nodes where neither their number nor sizes of the topology are given.
 const NODES: u32 = 64;
-/// Most processes that are all next to each other by default: a packet in each buffer of their links is an eighth of a node's memory then.
+/// Most processes that are all next to each other by default: buffers of their links take a quarter of a node's memory then, with packets of half a block.
 #[cfg(feature = "host")]
 const FULL_NODES_MAX: u32 = 16;
 
