@@ -21,6 +21,8 @@ pub struct KiloView<'a> {
     needs: &'a Needs,
     blocks: &'a [Quad],
     block_quads: usize,
+    /// Its logarithm.
+    block_shift: u32,
 }
 
 /// Why a file is refused.
@@ -140,7 +142,11 @@ impl<'a> KiloView<'a> {
             return Err(FileError::LeftOut { needs: left_out });
         }
         let block_quads = header.block_bytes as usize / size_of::<Quad>();
-        Ok((Self { header, materials, lights, views, needs, blocks: &[], block_quads }, end))
+        let block_shift = block_quads.trailing_zeros() & 31;
+        Ok((
+            Self { header, materials, lights, views, needs, blocks: &[], block_quads, block_shift },
+            end,
+        ))
     }
 
     /// The first bytes.
@@ -250,8 +256,8 @@ impl<'a> KiloView<'a> {
 
     #[inline(always)]
     fn block_quads(&self, block: u32) -> Option<&'a [Quad]> {
-        // No wrap on 32 bits: the header's check makes blocks * block_quads a length in memory.
-        let at = (block as usize).checked_mul(self.block_quads)?;
+        // The size is a power of two; all that is done in the block would wait for a product.
+        let at = usize::try_from(u64::from(block) << self.block_shift).ok()?;
         self.blocks.get(at..)?.get(..self.block_quads)
     }
 }

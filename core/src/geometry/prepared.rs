@@ -45,14 +45,12 @@ impl PreparedRay {
     #[must_use]
     pub fn new(ray: &Ray) -> Self {
         let a = ray.direction.abs();
-        let axis = if a.x >= a.y && a.x >= a.z {
-            0
-        } else if a.y >= a.z {
-            1
-        } else {
-            2
-        };
-        let (x, y, z) = permute(ray.direction, axis);
+        // Without branches: no one foresees the axes of rays that go anywhere.
+        let (is_x, is_y) = ((a.x >= a.y) & (a.x >= a.z), a.y >= a.z);
+        let axis = u8::from(!is_x) << u8::from(!is_y);
+        let pick = |x: f32, y: f32, z: f32| select(is_x, x, select(is_y, y, z));
+        let d = ray.direction;
+        let (x, y, z) = (pick(d.y, d.z, d.x), pick(d.z, d.x, d.y), pick(d.x, d.y, d.z));
         let greatest = z.abs();
         let valid = ray.origin.is_finite()
             && ray.direction.is_finite()
@@ -156,6 +154,13 @@ fn permute(v: Vec3, axis: u8) -> (f32, f32, f32) {
         1 => (v.z, v.x, v.y),
         _ => (v.x, v.y, v.z),
     }
+}
+
+/// One of two, whatever decides, in the same time.
+#[inline(always)]
+fn select(first: bool, a: f32, b: f32) -> f32 {
+    let mask = u32::from(first).wrapping_neg();
+    f32::from_bits(a.to_bits() & mask | b.to_bits() & !mask)
 }
 
 #[inline(always)]

@@ -8,7 +8,7 @@ use crate::render::Neighbours;
 use crate::render::{Places, Tile, Tiling, Trust, is_clear};
 use crate::scene::{Material, Needs};
 use crate::shade::{Counts, Direct, PackedHit, Path, PathRay, Point, Shader, Shadow, Sum};
-use crate::trace::{Clip, ClipEntry, Cursor, Query, TraceError, Tracer, Trail};
+use crate::trace::{Clip, ClipEntry, Cursor, Query, TraceError, Tracer, Trail, Whole};
 use crate::view::Camera;
 #[cfg(feature = "bundles")]
 use core::cell::RefCell;
@@ -287,11 +287,11 @@ impl Query for Asked<'_> {
     }
 
     #[inline(always)]
-    fn hit(&mut self, prepared: &mut PreparedRay, t: f32, hit: impl Fn() -> Hit) -> bool {
+    fn hit(&mut self, prepared: &mut PreparedRay, t: f32, hit: &impl Whole) -> bool {
         match self {
             Self::Closest(best) => best.hit(prepared, t, hit),
             Self::Depth(sum, Some(materials), ray) if cfg!(feature = "transparent") => {
-                sum.cross(materials, ray, &hit())
+                sum.cross(materials, ray, &hit.whole())
             }
             Self::Depth(sum, ..) => {
                 *sum = OpticalDepth::OPAQUE;

@@ -5,6 +5,7 @@
 
 use super::code::{EMPTY, INDEX, is_leaf, is_node, is_ref};
 use super::cursor::{Cursor, Levels, Place, TraceError};
+use super::group::Crossings;
 use super::lanes::Lanes;
 use super::leaf::leaf;
 use super::octant::{Octants, first_octants};
@@ -102,6 +103,7 @@ fn fly<L: Lanes, S: BlockSource, Q: Query>(
         frame,
         framed: u32::MAX,
     });
+    let mut crossings = Crossings::default();
     let mut flying = 0;
     for (flight, levels) in flights.iter_mut().zip(&mut room.levels) {
         flying += usize::from(launch(lanes, flight, levels, &mut queue));
@@ -111,7 +113,7 @@ fn fly<L: Lanes, S: BlockSource, Q: Query>(
         let block = flights.iter().find(|f| f.flying).map_or(0, |f| f.at.block);
         for (flight, levels) in flights.iter_mut().zip(&mut room.levels) {
             while flight.flying && flight.at.block == block {
-                match step(lanes, source, flight, levels, queries)? {
+                match step(lanes, source, flight, levels, &mut crossings, queries)? {
                     Step::Going => {}
                     Step::Landed => {
                         flying -= usize::from(!launch(lanes, flight, levels, &mut queue));
@@ -160,6 +162,7 @@ fn step<L: Lanes, S: BlockSource, Q: Query>(
     source: &mut S,
     flight: &mut Flight<L>,
     levels: &mut Levels,
+    crossings: &mut Crossings,
     queries: &mut [Q],
 ) -> Result<Step, TraceError<S::Error>> {
     let view = source.block(flight.at.block).map_err(TraceError::Source)?;
@@ -179,7 +182,7 @@ fn step<L: Lanes, S: BlockSource, Q: Query>(
         at.depth += 1;
     } else if is_leaf(child) {
         let Some(query) = queries.get_mut(flight.index) else { return Ok(Step::Corrupt) };
-        if leaf(lanes, &view, child, &flight.prepared, &mut flight.ray, query) {
+        if leaf(lanes, &view, child, &flight.prepared, crossings, &mut flight.ray, query) {
             return Ok(Step::Landed);
         }
     } else if is_ref(child) {

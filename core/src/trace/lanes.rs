@@ -37,11 +37,26 @@ pub trait Lanes: Copy {
     /// The flip of a node: bits of the slot whose axis the ray descends.
     fn flip(self, octants: &Octants, node: &Node) -> u8;
 
-    /// The mask of a record's triangles that can pass the test of [`PreparedRay::triangle`]. Triangles may be
-    /// in it needlessly.
+    /// The triangles of a record that a ray hits, by place, and those that must ask [`PreparedRay::triangle`].
     ///
     /// `words` are the [vertices of the block](crate::block::BlockView::vertex_words).
-    fn candidates(self, ray: &Self::Ray, words: &[f32], record: &Record) -> u32;
+    #[inline(always)]
+    fn record(
+        self,
+        _: &Self::Ray,
+        _: &[f32],
+        _: &Record,
+        _t_max: f32,
+        _: &mut Crossings,
+    ) -> Verdict {
+        Verdict { accepted: 0, doubtful: 0b1111 }
+    }
+
+    /// Does what doubtful triangles take. Lanes for which they are rare keep it out of the traversal.
+    #[inline(always)]
+    fn in_doubt<R>(self, task: impl FnOnce() -> R) -> R {
+        task()
+    }
 
     /// The mask of a node's slots that any ray of a bundle may meet between `t_min` and `t_max`, as [`Lanes::slots`]; `planes` get
     /// all slots.

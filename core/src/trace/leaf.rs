@@ -4,8 +4,9 @@
 use glam::Vec3;
 
 use super::code::records;
+use super::group::{Crossings, GROUP, Verdict};
 use super::lanes::Lanes;
-use super::query::Query;
+use super::query::{Query, Whole};
 use crate::block::BlockView;
 use crate::block::format::{RECORD_SPHERES, Record};
 use crate::geometry::{Hit, PreparedRay, Primitive};
@@ -17,6 +18,7 @@ pub(super) fn leaf<L: Lanes, Q: Query>(
     view: &BlockView<'_>,
     leaf: u16,
     prepared: &L::Ray,
+    crossings: &mut Crossings,
     ray: &mut PreparedRay,
     query: &mut Q,
 ) -> bool {
@@ -34,16 +36,85 @@ pub(super) fn leaf<L: Lanes, Q: Query>(
             }
             continue;
         }
-        let mut candidates = lanes.candidates(prepared, words, record);
-        while candidates != 0 {
-            let place = candidates.trailing_zeros();
-            candidates &= candidates - 1;
-            if triangle(view, record, place, ray, query) {
+        let Verdict { mut accepted, doubtful } =
+            lanes.record(prepared, words, record, ray.t_max, crossings);
+        while accepted != 0 {
+            let place = accepted.trailing_zeros();
+            accepted &= accepted - 1;
+            if crossed(view, record, place, crossings, ray, query) {
                 return true;
             }
         }
+        if doubtful == 0 {
+            continue;
+        }
+        let mut copy = *ray;
+        let done = lanes.in_doubt(|| triangles(view, record, doubtful, &mut copy, query));
+        ray.t_max = copy.t_max;
+        if done {
+            return true;
+        }
     }
     false
+}
+
+/// Tests the triangles in these places by the definition.
+#[inline(always)]
+fn triangles<Q: Query>(
+    view: &BlockView<'_>,
+    record: &Record,
+    mut places: u32,
+    ray: &mut PreparedRay,
+    query: &mut Q,
+) -> bool {
+    while places != 0 {
+        let place = places.trailing_zeros();
+        places &= places - 1;
+        if triangle(view, record, place, ray, query) {
+            return true;
+        }
+    }
+    false
+}
+
+/// Takes the hit of a triangle that lanes have found.
+#[inline(always)]
+fn crossed<Q: Query>(
+    view: &BlockView<'_>,
+    record: &Record,
+    place: u32,
+    crossings: &Crossings,
+    ray: &mut PreparedRay,
+    query: &mut Q,
+) -> bool {
+    let place = place as usize & (GROUP - 1);
+    let at = |row: &[f32; GROUP]| row.get(place).copied().unwrap_or(0.0);
+    let (Some(&places), t) = (record.index.get(place), at(&crossings.t)) else { return false };
+    let index = places.map(|i| usize::from(record.base) + usize::from(i));
+    let found = Found { view, record, index, t, b1: at(&crossings.b1), b2: at(&crossings.b2) };
+    query.hit(ray, t, &found)
+}
+
+/// The hit of a triangle.
+struct Found<'a> {
+    view: &'a BlockView<'a>,
+    record: &'a Record,
+    /// Of its vertices in the block.
+    index: [usize; 3],
+    t: f32,
+    b1: f32,
+    b2: f32,
+}
+
+impl Whole for Found<'_> {
+    // Where it is to stay: a call would leave it elsewhere, to be copied.
+    #[inline(always)]
+    fn whole(&self) -> Hit {
+        let &Self { view, record, index, t, b1, b2 } = self;
+        let vertices = index.map(|i| view.vertex(i).unwrap_or_default());
+        let primitive = Primitive::Triangle { vertices, normals: normals(view, index) };
+        Hit { t, b1, b2, material: record.material, primitive, block: view.number() }
+    }
 }
 
 /// Tests one triangle by the definition.
@@ -68,14 +139,15 @@ pub(super) fn triangle<Q: Query>(
     };
     let vertices = [a, b, c];
     let Some(hit) = ray.triangle(vertices) else { return false };
-    query.hit(ray, hit.t, || Hit {
+    let found = || Hit {
         t: hit.t,
         b1: hit.b1,
         b2: hit.b2,
         material: record.material,
         primitive: Primitive::Triangle { vertices, normals: normals(view, index) },
         block: view.number(),
-    })
+    };
+    query.hit(ray, hit.t, &found)
 }
 
 /// The shading normals of a triangle: none if the block has none, or a vertex has none.
@@ -122,7 +194,7 @@ pub(super) fn spheres<Q: Query>(
         let primitive = Primitive::Sphere { center, radius, inward: inward != 0.0 };
         let (material, block) = (record.material, view.number());
         let hit = || Hit { t, b1: 0.0, b2: 0.0, material, primitive, block };
-        if query.hit(ray, t, hit) {
+        if query.hit(ray, t, &hit) {
             return true;
         }
     }

@@ -45,7 +45,7 @@ pub use frame::{BoxFrame, BoxRay};
 pub use group::{Corners, Crossings, GROUP, Group, Row, Sides, Verdict};
 pub use lanes::Lanes;
 pub use octant::{Octants, first_octants};
-pub use query::Query;
+pub use query::{Query, Whole};
 pub use scalar::Scalar;
 pub use tracer::{Search, Tracer};
 pub use trail::Trail;

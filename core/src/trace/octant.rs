@@ -10,9 +10,9 @@ pub type Octants = [u8; 64];
 /// For each combination of a direction's signs (bit 0: x is negative, and so on), the flips.
 static FLIPS: [Octants; 8] = flips();
 
-/// For each flip and mask of slots, the mask in the order of visits: bit `k` is slot `k ^ flip`.
+/// For each flip and mask of slots the bits of its [`Visits`].
 #[cfg(feature = "tables")]
-static ORDER: [[u8; 256]; 8] = order();
+static VISITS: [[u16; 256]; 8] = visits();
 
 /// The flips of a ray.
 #[inline(always)]
@@ -47,19 +47,61 @@ const fn flips() -> [Octants; 8] {
     table
 }
 
+/// Which slots of a mask are visited in which order. One number, so that the first is known as soon as possible: the next node
+/// waits for it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Visits(u16);
+
+impl Visits {
+    const fn new(mask: u32, flip: u32) -> Self {
+        let ordered = permuted(mask, flip);
+        let first = if ordered == 0 { 0 } else { ordered.trailing_zeros() ^ flip };
+        Self((first | (ordered & ordered.wrapping_sub(1)) << 8) as u16)
+    }
+
+    /// The slots of a mask.
+    #[cfg(not(feature = "tables"))]
+    #[inline(always)]
+    pub(super) fn of(mask: u32, flip: u8) -> Self {
+        Self::new(mask & 255, u32::from(flip & 7))
+    }
+
+    /// The slots of a mask.
+    #[cfg(feature = "tables")]
+    #[inline(always)]
+    pub(super) fn of(mask: u32, flip: u8) -> Self {
+        let visits = VISITS.get(usize::from(flip & 7));
+        Self(visits.and_then(|visits| visits.get((mask & 255) as usize)).copied().unwrap_or(0))
+    }
+
+    /// The slot that is visited first; without any, 0.
+    #[inline(always)]
+    pub(super) fn first(self) -> u32 {
+        u32::from(self.0 & 7)
+    }
+
+    /// All of a mask that is not empty: bit `k` is slot `k ^ flip`.
+    #[inline(always)]
+    pub(super) fn all(self, flip: u8) -> u8 {
+        self.others() | 1 << ((self.0 as u8 ^ flip) & 7)
+    }
+
+    /// The others: bit `k` is slot `k ^ flip`.
+    #[inline(always)]
+    pub(super) fn others(self) -> u8 {
+        (self.0 >> 8) as u8
+    }
+}
+
 #[cfg(feature = "tables")]
 #[allow(clippy::indexing_slicing, reason = "evaluated while compiling")]
-const fn order() -> [[u8; 256]; 8] {
+const fn visits() -> [[u16; 256]; 8] {
     let mut table = [[0; 256]; 8];
     let mut flip = 0;
     while flip < 8 {
         let mut mask = 0;
         while mask < 256 {
-            let mut k = 0;
-            while k < 8 {
-                table[flip][mask] |= ((mask >> (k ^ flip) & 1) << k) as u8;
-                k += 1;
-            }
+            table[flip][mask] = Visits::new(mask as u32, flip as u32).0;
             mask += 1;
         }
         flip += 1;
@@ -67,25 +109,24 @@ const fn order() -> [[u8; 256]; 8] {
     table
 }
 
-/// The mask of slots in the order of visits.
-#[cfg(not(feature = "tables"))]
+/// The mask of slots in the order of visits: bit `k` is slot `k ^ flip`.
 #[inline(always)]
-pub(super) fn ordered(mask: u32, flip: u8) -> u32 {
-    let flip = u32::from(flip);
-    let exchange = |mask: u32, by: u32, low: u32| {
-        if flip & by != 0 { (mask & low) << by | mask >> by & low } else { mask }
-    };
-    exchange(exchange(exchange(mask & 255, 1, 0x55), 2, 0x33), 4, 0x0f)
+pub(super) const fn ordered(mask: u32, flip: u8) -> u32 {
+    permuted(mask & 255, flip as u32)
 }
 
-/// The mask of slots in the order of visits.
-#[cfg(feature = "tables")]
 #[inline(always)]
-pub(super) fn ordered(mask: u32, flip: u8) -> u32 {
-    ORDER
-        .get(usize::from(flip & 7))
-        .and_then(|order| order.get((mask & 255) as usize))
-        .map_or(0, |&mask| u32::from(mask))
+const fn permuted(mut mask: u32, flip: u32) -> u32 {
+    if flip & 1 != 0 {
+        mask = (mask & 0x55) << 1 | mask >> 1 & 0x55;
+    }
+    if flip & 2 != 0 {
+        mask = (mask & 0x33) << 2 | mask >> 2 & 0x33;
+    }
+    if flip & 4 != 0 {
+        mask = (mask & 0x0f) << 4 | mask >> 4 & 0x0f;
+    }
+    mask
 }
 
 #[cfg(test)]
@@ -109,6 +150,25 @@ mod tests {
                 }
                 let [a0, a1, a2] = node.axes().map(|a| u8::from(d[usize::from(a)] < 0.0));
                 assert_eq!(flip, a0 << 2 | a1 << 1 | a2);
+            }
+        }
+    }
+
+    #[test]
+    fn visits_are_the_first_of_the_order_and_the_others() {
+        for flip in 0..8 {
+            for mask in 0..256 {
+                let order: Vec<u32> = (0..8)
+                    .map(|k| k ^ u32::from(flip))
+                    .filter(|slot| mask >> slot & 1 == 1)
+                    .collect();
+                let visits = Visits::of(mask, flip);
+                assert_eq!(visits.first(), order.first().copied().unwrap_or(0));
+                let others = order.iter().skip(1).map(|slot| 1 << (slot ^ u32::from(flip)));
+                assert_eq!(u32::from(visits.others()), others.sum::<u32>());
+                if mask != 0 {
+                    assert_eq!(u32::from(visits.all(flip)), ordered(mask, flip));
+                }
             }
         }
     }

@@ -8,8 +8,21 @@ pub trait Query {
     #[inline(always)]
     fn shorten(&self, _: &mut PreparedRay) {}
 
-    /// Takes a hit at `t`, which the ray accepts. `hit` makes the whole of it. `true` ends the traversal.
-    fn hit(&mut self, ray: &mut PreparedRay, t: f32, hit: impl Fn() -> Hit) -> bool;
+    /// Takes a hit at `t`, which the ray accepts. `true` ends the traversal.
+    fn hit(&mut self, ray: &mut PreparedRay, t: f32, hit: &impl Whole) -> bool;
+}
+
+/// A hit of which no more is known than was needed to find it.
+pub trait Whole {
+    /// All of it.
+    fn whole(&self) -> Hit;
+}
+
+impl<F: Fn() -> Hit> Whole for F {
+    #[inline(always)]
+    fn whole(&self) -> Hit {
+        self()
+    }
 }
 
 /// The closest hit: the ray ends at the best so far.
@@ -24,25 +37,32 @@ impl Query for Option<Hit> {
     }
 
     #[inline(always)]
-    fn hit(&mut self, ray: &mut PreparedRay, t: f32, hit: impl Fn() -> Hit) -> bool {
+    fn hit(&mut self, ray: &mut PreparedRay, t: f32, hit: &impl Whole) -> bool {
         // The whole hit is made where it stays: made first, it would be copied.
         let closer = match self {
             None => true,
-            Some(best) if t == best.t => hit().is_closer_than(best),
+            Some(best) if t == best.t => ties(best, hit),
             Some(best) => t < best.t,
         };
         if closer {
-            *self = Some(hit());
+            *self = Some(hit.whole());
             ray.t_max = t;
         }
         false
     }
 }
 
+/// Whether a hit comes before another at the same `t`.
+#[cold]
+#[inline(never)]
+fn ties(best: &Hit, hit: &impl Whole) -> bool {
+    hit.whole().is_closer_than(best)
+}
+
 /// Whether there is any hit: the first ends it.
 impl Query for bool {
     #[inline(always)]
-    fn hit(&mut self, _: &mut PreparedRay, _: f32, _: impl Fn() -> Hit) -> bool {
+    fn hit(&mut self, _: &mut PreparedRay, _: f32, _: &impl Whole) -> bool {
         *self = true;
         true
     }
@@ -53,7 +73,7 @@ pub(super) struct Every<F>(pub(super) F);
 
 impl<F: FnMut(&Hit) -> bool> Query for Every<F> {
     #[inline(always)]
-    fn hit(&mut self, _: &mut PreparedRay, _: f32, hit: impl Fn() -> Hit) -> bool {
-        (self.0)(&hit())
+    fn hit(&mut self, _: &mut PreparedRay, _: f32, hit: &impl Whole) -> bool {
+        (self.0)(&hit.whole())
     }
 }

@@ -1,7 +1,7 @@
 use super::frame::{BoxFrame, BoxRay};
 use super::lanes::Lanes;
 use super::octant::Octants;
-use crate::block::format::{BlockHeader, Child, Node, Record};
+use crate::block::format::{BlockHeader, Child, Node};
 use crate::geometry::PreparedRay;
 
 /// One box and one triangle at a time, with early outs: for any machine.
@@ -79,11 +79,6 @@ impl Lanes for Scalar {
         let code = c0 >> 15 | c1 >> 15 << 1 | c2 >> 15 << 2 | c3 >> 15 << 3 | c4 >> 15 << 4;
         let code = usize::from(code | c5 >> 15 << 5);
         octants.get(code).copied().unwrap_or(0)
-    }
-
-    #[inline(always)]
-    fn candidates(self, _: &BoxRay, _: &[f32], _: &Record) -> u32 {
-        0b1111
     }
 }
 

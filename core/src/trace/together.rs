@@ -7,7 +7,7 @@ use super::cursor::{NODES_MAX, Place, TraceError};
 use super::group::{Corners, Crossings, GROUP, Group, Sides};
 use super::lanes::Lanes;
 use super::leaf::{normals, spheres, triangle};
-use super::octant::{first_octants, ordered};
+use super::octant::{Visits, first_octants, ordered};
 use super::query::Query;
 use super::trail::Trail;
 use crate::block::format::{DEPTH_MAX, RECORD_SPHERES, Record};
@@ -119,7 +119,7 @@ pub(super) fn together<L: Lanes, S: BlockSource, Q: Query>(
                     level.child = node.child;
                     level.block = at.block;
                     level.flip = lanes.flip(octants, node);
-                    level.pending = ordered(mask, level.flip) as u8;
+                    level.pending = Visits::of(mask, level.flip).all(level.flip);
                     level.groups = groups as u8;
                     stack.live |= 1 << (depth & 31);
                 }
@@ -338,7 +338,7 @@ fn leaves<L: Lanes, Q: Query>(
                     let t = at(&crossings.t);
                     let mut shorter = PreparedRay::NONE;
                     shorter.t_max = at(&group.t_max);
-                    let done = query.hit(&mut shorter, t, || Hit {
+                    let found = || Hit {
                         t,
                         b1: at(&crossings.b1),
                         b2: at(&crossings.b2),
@@ -348,7 +348,8 @@ fn leaves<L: Lanes, Q: Query>(
                             normals: normals(view, index),
                         },
                         block: view.number(),
-                    });
+                    };
+                    let done = query.hit(&mut shorter, t, &found);
                     if let Some(t_max) = group.t_max.get_mut(lane) {
                         *t_max = if done { f32::NEG_INFINITY } else { shorter.t_max };
                     }

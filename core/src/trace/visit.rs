@@ -3,7 +3,7 @@
 use super::code::EMPTY;
 use super::cursor::{Levels, Place};
 use super::lanes::Lanes;
-use super::octant::{Octants, ordered};
+use super::octant::{Octants, Visits};
 use crate::block::format::Node;
 use crate::geometry::PreparedRay;
 
@@ -25,18 +25,15 @@ pub(super) fn visit<L: Lanes>(
         return EMPTY;
     }
     let flip = lanes.flip(octants, node);
-    let pending = ordered(mask, flip);
-    let taken = pending.trailing_zeros();
-    let slot = taken ^ u32::from(flip);
-    let pending = pending & (pending - 1);
-    level.taken = taken as u8;
-    if pending != 0 {
-        level.child = node.child;
-        level.block = at.block;
-        level.flip = flip;
-        level.pending = pending as u8;
-        levels.live |= 1 << (at.depth & 31);
-    }
+    let visits = Visits::of(mask, flip);
+    let (slot, pending) = (visits.first(), visits.others());
+    level.taken = slot as u8 ^ flip;
+    // Always: whether more than one is met is anybody's guess, and the stores cost less than a wrong one.
+    level.child = node.child;
+    level.block = at.block;
+    level.flip = flip;
+    level.pending = pending;
+    levels.live |= u32::from(pending != 0) << (at.depth & 31);
     at_slot(&node.child, slot)
 }
 

@@ -2,6 +2,7 @@
 
 use super::code::{INDEX, is_leaf, is_node, is_ref};
 use super::cursor::{Cursor, Levels, Place, TraceError, Visited};
+use super::group::Crossings;
 use super::lanes::Lanes;
 use super::leaf::leaf;
 use super::octant::{Octants, first_octants};
@@ -93,6 +94,7 @@ fn walk<L: Lanes, S: BlockSource, Q: Query>(
 ) -> Result<(), TraceError<S::Error>> {
     let octants = first_octants(&run.ray);
     let prepared = lanes.ray(&run.ray);
+    let mut crossings = Crossings::default();
     // The path of the trail leads on below the place.
     let mut restarts = run.collapsed.unbounded_shr(u32::from(run.at.depth)) != 0;
     loop {
@@ -106,7 +108,7 @@ fn walk<L: Lanes, S: BlockSource, Q: Query>(
         }
         let frame = lanes.frame(&prepared, view.header());
         let fixed = Fixed { lanes, view: &view, frame, prepared: &prepared, octants };
-        match in_block(&fixed, run, levels, query) {
+        match in_block(&fixed, run, levels, &mut crossings, query) {
             Leave::Block => {}
             Leave::Done => return Ok(()),
             Leave::Corrupt => return Err(TraceError::Corrupt { block: run.at.block }),
@@ -148,6 +150,7 @@ fn in_block<L: Lanes, Q: Query>(
     fixed: &Fixed<'_, L>,
     run: &mut Run,
     levels: &mut Levels,
+    crossings: &mut Crossings,
     query: &mut Q,
 ) -> Leave {
     let &Fixed { lanes, view, frame, prepared, octants } = fixed;
@@ -163,7 +166,7 @@ fn in_block<L: Lanes, Q: Query>(
         }
         if is_leaf(at.child) {
             at.tests();
-            if leaf(lanes, view, at.child, prepared, ray, query) {
+            if leaf(lanes, view, at.child, prepared, crossings, ray, query) {
                 return Leave::Done;
             }
         } else if is_ref(at.child) {

@@ -5,7 +5,9 @@ use std::cell::Cell;
 use kiloray_core::block::format::{BlockHeader, Node, Record};
 use kiloray_core::block::{BlockSource, BlockView, KiloView, NoBlock};
 use kiloray_core::geometry::{PreparedRay, Ray};
-use kiloray_core::trace::{Cursor, Lanes, Octants, Query, Scalar, Search, TraceError, Tracer};
+use kiloray_core::trace::{
+    Crossings, Cursor, Lanes, Octants, Query, Scalar, Search, TraceError, Tracer, Verdict,
+};
 
 use crate::Error;
 
@@ -52,11 +54,18 @@ impl Lanes for Counting<'_> {
         Scalar.flip(octants, node)
     }
 
-    fn candidates(self, ray: &Self::Ray, words: &[f32], record: &Record) -> u32 {
+    fn record(
+        self,
+        ray: &Self::Ray,
+        words: &[f32],
+        record: &Record,
+        t_max: f32,
+        crossings: &mut Crossings,
+    ) -> Verdict {
         add(&self.0.records);
         let used = record.index.iter().filter(|[a, b, c]| a != b || b != c).count() as u64;
         self.0.candidates.set(self.0.candidates.get() + used);
-        Scalar.candidates(ray, words, record)
+        Scalar.record(ray, words, record, t_max, crossings)
     }
 }
 
