@@ -122,6 +122,16 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     }
     let steps: u64 = report.nodes.iter().map(|node| node.steps).sum();
     println!("steps {steps}; {:?}", report.totals.counts);
+    println!("host: {:?}", report.tiles);
+    if options.mesh.group > 0 {
+        let masters = report.nodes.iter().step_by(options.mesh.group.into());
+        let (mut sent, mut received) = (0, 0);
+        for node in masters {
+            sent += node.counts.sent.tile.count;
+            received += node.counts.received.tile.count;
+        }
+        println!("messages of sub-masters about tiles: {sent} sent, {received} received");
+    }
     println!("{:?}", report.totals.work);
     println!("{:?}", report.latencies);
     let mut fetches: Vec<u64> =

@@ -356,3 +356,19 @@ fn a_cancelled_run_gives_what_is_rendered() {
     assert!(pixels.clone().all(|(a, b)| a == b || *a == [0.0; 3]));
     assert!(pixels.filter(|(a, _)| **a != [0.0; 3]).count() > 100);
 }
+
+/// A picture with a tile for each node. Where a second answer is dropped, 489 tiles are with nobody until the host finds them overdue.
+#[test]
+fn groups_lose_no_tile() {
+    let file = scene("cornell", 4096);
+    let mut options = options(&file, "torus", 4096);
+    options.mesh.memory = 64 << 10;
+    options.mesh.settings.shadow_samples = 0;
+    (options.mesh.width, options.mesh.height) = (256, 256);
+    (options.mesh.tile, options.mesh.group) = (Some(4), 64);
+    let outcome = run(&file, &options).expect("it runs");
+    let sent: u64 = outcome.report.nodes.iter().map(|node| node.counts.sent.tile.count).sum();
+    assert!(outcome.complete);
+    assert_eq!(outcome.report.tiles.given_again, 0);
+    assert!(sent < 12 * 4096, "{sent} messages about tiles");
+}

@@ -241,6 +241,7 @@ impl<'a, W: World> Node<'a, W> {
         self.send_fetches(now);
         self.report_lost(now);
         let begun = self.begin_leased(now);
+        self.answer_waiting(now);
         self.ask_for_tiles(now);
         let runnable = (worked > 0 || begun) && self.is_runnable();
         let age = self.settings.bundle_age;

@@ -94,7 +94,7 @@ impl<W: World> Node<'_, W> {
                 None => self.note_unasked(),
             },
             Message::Grant { number, first, count, wait } => {
-                self.on_grant(number, first, count, wait, now);
+                self.on_grant(number, (first, count), wait, now);
             }
             Message::Accepted { tile } => self.on_accepted(tile),
             _ => self.note_unasked(),

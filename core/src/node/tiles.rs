@@ -22,10 +22,17 @@ pub(super) struct Tiles {
     busy: u32,
     /// Tiles that it may render or give away.
     leases: [(u32, u32); LEASES],
+    /// How many the host gave last.
+    had: u32,
+    /// Requests of its group that came when it had none, in the order in which they came: nodes and numbers.
+    waiting: [(u16, u32); WAITING],
+    waiters: usize,
 }
 
 /// Runs of tiles that a node can hold.
 const LEASES: usize = 4;
+/// Requests that a sub-master keeps until the host has answered its own; others are told to ask again.
+const WAITING: usize = 64;
 /// For how many tiles a sub-master asks at once, for each node of its group.
 const LEASE_PER_NODE: u32 = 2;
 
@@ -41,6 +48,9 @@ impl Tiles {
             idle: false,
             busy: u32::MAX,
             leases: [(0, 0); LEASES],
+            had: 0,
+            waiting: [(0, 0); WAITING],
+            waiters: 0,
         }
     }
 
@@ -69,6 +79,33 @@ impl Tiles {
         let until = self.asked.unwrap_or(self.dry);
         // A moment that has passed without a new request: there is none to be made.
         if until > now { until } else { Time::NEVER }
+    }
+
+    /// Keeps a request until there are tiles: `false` if there is no room, or if the node has asked before. Then it is to be told something, so that
+    /// it sees that its sub-master lives.
+    fn keep(&mut self, from: NodeId, number: u32) -> bool {
+        let waiting = self.waiting.get(..self.waiters).unwrap_or_default();
+        if let Some(at) = waiting.iter().position(|(node, _)| *node == from.0) {
+            self.forget(at);
+            return false;
+        }
+        let Some(place) = self.waiting.get_mut(self.waiters) else { return false };
+        *place = (from.0, number);
+        self.waiters = self.waiters.saturating_add(1);
+        true
+    }
+
+    /// A request that was kept is answered.
+    fn forget(&mut self, at: usize) {
+        let behind = self.waiting.get_mut(at..self.waiters).unwrap_or_default();
+        if !behind.is_empty() {
+            behind.rotate_left(1);
+            self.waiters = self.waiters.saturating_sub(1);
+        }
+    }
+
+    fn next_leased(&self) -> Option<u32> {
+        self.leases.iter().find(|(_, count)| *count > 0).map(|(first, _)| *first)
     }
 
     fn take_leased(&mut self) -> Option<u32> {
@@ -102,6 +139,12 @@ impl Tiles {
             s.pod(first);
             s.pod(count);
         }
+        s.pod(&mut self.had);
+        s.len(&mut self.waiters);
+        for (node, number) in self.waiting.iter_mut().take(self.waiters) {
+            s.pod(node);
+            s.pod(number);
+        }
     }
 
     /// Whether a time limit runs: of its request, of its wait for new tiles.
@@ -127,11 +170,11 @@ impl Tiles {
 impl<W: World> Node<'_, W> {
     /// Asks a master for tiles when the camera rays of all that it has are under way.
     pub(super) fn ask_for_tiles(&mut self, now: Time) {
-        let is_master = self.master() == HOST && self.settings.group > 0;
-        let wanted = if is_master {
+        let wanted = if self.is_sub_master() {
             let most = u32::from(self.settings.group).saturating_mul(LEASE_PER_NODE);
             let room = self.tiles.leases.iter().any(|(_, count)| *count == 0);
-            if room && self.tiles.leased() < most / 2 { most } else { 0 }
+            // Half of what came last is given away: more than its share would lie here while others have nothing to do.
+            if room && self.tiles.leased() <= self.tiles.had / 2 { most } else { 0 }
         } else {
             let idle = self.free_tile().is_some() && self.tiles.opening(self.roots).is_none();
             u32::from(idle)
@@ -157,6 +200,10 @@ impl<W: World> Node<'_, W> {
             self.tiles.dry = Time(0);
             self.tiles.idle = done;
         }
+    }
+
+    fn is_sub_master(&self) -> bool {
+        self.settings.group > 0 && self.master() == HOST
     }
 
     /// Whom this node asks for tiles.
@@ -196,36 +243,91 @@ impl<W: World> Node<'_, W> {
         true
     }
 
-    pub(super) fn on_grant(&mut self, number: u32, first: u32, count: u32, wait: u32, now: Time) {
+    pub(super) fn on_grant(
+        &mut self,
+        number: u32,
+        (first, count): (u32, u32),
+        wait: u32,
+        now: Time,
+    ) {
         if self.tiles.asked.is_none() || number != self.tiles.number {
             self.note_unasked();
+            // A sub-master that was asked twice, or the host in its place, has given a second tile: it is nobody else's.
+            let has = |root: &Root| root.state() != RootState::Free && root.tile == first;
+            let mut tiles = self.roots.iter().take(self.tiles.len);
+            if count == 1 && !tiles.any(has) && !self.tiles.leases.contains(&(first, 1)) {
+                self.lease(first, 1);
+                self.begin_leased(now);
+            }
             return;
         }
         self.tiles.asked = None;
         self.tiles.tries = 0;
         self.tiles.number = self.tiles.number.wrapping_add(1);
+        self.tiles.had = count;
         if count == 0 {
             self.tiles.dry = now.after(Time(u64::from(wait).saturating_mul(1000)));
             self.tiles.busy = first;
             self.offer_help(number, first, now);
-        } else if let Some(lease) = self.tiles.leases.iter_mut().find(|(_, count)| *count == 0) {
-            *lease = (first, count);
+        } else {
+            self.lease(first, count);
         }
         self.begin_leased(now);
     }
 
-    /// A node of the group asks its sub-master.
+    /// Keeps a run of tiles that it may render or give away.
+    fn lease(&mut self, first: u32, count: u32) {
+        if let Some(lease) = self.tiles.leases.iter_mut().find(|(_, count)| *count == 0) {
+            *lease = (first, count);
+        }
+    }
+
+    /// A node of the group asks its sub-master. Where that has asked for tiles itself, the answer waits for the host's: whoever were told to come
+    /// back would find the tiles gone, or let them lie.
     pub(super) fn on_ask(&mut self, from: NodeId, number: u32, now: Time) {
-        let grant = match self.tiles.take_leased() {
+        let waits = self.is_sub_master()
+            && self.tiles.next_leased().is_none()
+            && self.tiles.keep(from, number);
+        if !waits {
+            self.grant(from, number, now);
+        }
+    }
+
+    /// Gives tiles to those that have waited for them, as far as there is room.
+    pub(super) fn answer_waiting(&mut self, now: Time) {
+        while self.tiles.next_leased().is_some() {
+            let waiting = self.tiles.waiting.get(..self.tiles.waiters).unwrap_or_default();
+            let Some(&(node, number)) = waiting.first() else { return };
+            if !self.grant(NodeId(node), number, now) {
+                return;
+            }
+            self.tiles.forget(0);
+        }
+    }
+
+    /// Gives a node of the group a tile, or says that there is none: `false` if there is no room to say so.
+    fn grant(&mut self, to: NodeId, number: u32, now: Time) -> bool {
+        let tile = self.tiles.next_leased();
+        let grant = match tile {
             Some(first) => Message::Grant { number, first, count: 1, wait: 0 },
             None => {
-                // Until the host has answered, or again has tiles.
-                let wait = self.tiles.until(now).0.saturating_sub(now.0);
-                let wait = (wait / 1000).clamp(10, self.settings.patience.0 / 1000 + 10) as u32;
+                // Until the host again has tiles. Nobody knows when it answers: that long, whoever asks here too often keeps others from it.
+                let patience = self.settings.patience.0;
+                let dry = self.tiles.dry.0.saturating_sub(now.0);
+                let wait = if self.tiles.asked.is_some() { patience } else { dry.min(patience) };
+                let wait = (wait / 1000).max(10) as u32;
                 Message::Grant { number, first: self.tiles.busy, count: 0, wait }
             }
         };
-        self.push(from, &grant, now);
+        let said = self.push(to, &grant, now);
+        if said {
+            match tile {
+                Some(_) => drop(self.tiles.take_leased()),
+                // Each name goes to one node: a group that offers its help to the same one keeps it from its work.
+                None => self.tiles.busy = u32::MAX,
+            }
+        }
+        said
     }
 
     pub(super) fn on_accepted(&mut self, tile: u32) {
