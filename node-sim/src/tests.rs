@@ -151,6 +151,24 @@ fn blocks_that_a_node_owns_may_lie_in_its_arena() {
 }
 
 #[test]
+fn nodes_with_fewer_links_send_no_longer_packets() {
+    let file = scene("colour-cube:3", 1024);
+    // What node 0, to which the host is joined, has no room for, may fit where there are fewer links, or fewer blocks in the memory.
+    for (topology, nodes) in [("line", 5), ("mesh:3x2", 6), ("tree", 7), ("full", 4)] {
+        for in_arena in [false, true] {
+            let mut options = options(&file, topology, nodes);
+            options.mesh.owned_in_arena = in_arena;
+            for memory in (4 << 10..24 << 10).step_by(160) {
+                options.mesh.memory = memory;
+                let Ok(layout) = crate::pace::layout(&file.view(), &options) else { continue };
+                let payload = layout.plans[0].payload();
+                assert!(layout.plans.iter().all(|plan| plan.payload() == payload), "{memory}");
+            }
+        }
+    }
+}
+
+#[test]
 fn blocks_that_every_node_has_leave_room_for_its_own() {
     let file = scene("sinc:110", 1024);
     let mut options = options(&file, "torus:8x8", 64);

@@ -63,7 +63,8 @@ pub struct NodeNeeds {
     pub points: PointHome,
     /// Pixels along a tile.
     pub side: usize,
-    /// Greatest payload of a packet \[bytes\]; 0 for the default: a block, or a half, a quarter and so on of one, as the memory allows.
+    /// Greatest payload of a packet \[bytes\], the same at all nodes of a mesh; 0 for the default: a block, or a half, a quarter and so on of one, as the
+    /// memory of this node allows.
     pub packet: usize,
     /// Packets in each buffer; 0 for the default.
     pub depth: u16,

@@ -124,9 +124,7 @@ impl MeshLayout {
         let block_bytes = file.limits().block_bytes;
         let splits = Shader::new(Tables::of(file), options.settings).splits(0);
         let side = options.tile.map_or_else(|| side(options, nodes), u32::from).max(1);
-        let mut plans = Vec::with_capacity(usize::from(nodes));
-        let mut budgets = Vec::with_capacity(usize::from(nodes));
-        for here in (0..nodes).map(NodeId) {
+        let plan = |here: NodeId, packet: usize| {
             let owned = placement.held(here) as usize;
             let needs = NodeNeeds {
                 mesh,
@@ -139,13 +137,23 @@ impl MeshLayout {
                 shadow: options.shadow,
                 points: options.points,
                 side: side as usize,
-                packet: usize::from(options.packet).saturating_sub(PacketHeader::BYTES),
+                packet,
                 depth: 0,
             };
-            let plan = NodePlan::new(options.memory, &needs)?;
-            budgets.push(plan.budget(options.memory)?);
-            plans.push(plan);
+            NodePlan::new(options.memory, &needs)
+        };
+        let asked = usize::from(options.packet).saturating_sub(PacketHeader::BYTES);
+        let all = || (0..nodes).map(NodeId);
+        let mut plans = all().map(|here| plan(here, asked)).collect::<Result<Vec<_>, _>>()?;
+        // One with fewer links, or fewer blocks in its memory, would take longer packets than its neighbours have room for.
+        let least = plans.iter().map(NodePlan::payload).min().unwrap_or(0);
+        for (agreed, here) in plans.iter_mut().zip(all()) {
+            if agreed.payload() != least {
+                *agreed = plan(here, least)?;
+            }
         }
+        let budgets =
+            plans.iter().map(|plan| plan.budget(options.memory)).collect::<Result<_, _>>()?;
         let packet = plans.first().map_or(0, NodePlan::payload) + PacketHeader::BYTES;
         let (patience, bundle_age) = pace(packet);
         let settings = Settings {
