@@ -1,3 +1,5 @@
+use glam::Vec3;
+
 use super::slots::{RaySlot, ShadowSlot};
 use super::world::BUNDLE;
 use super::{Node, RayKind, Time, Traced, World};
@@ -135,12 +137,20 @@ impl<W: World> Node<'_, W> {
 
     /// The shadow ray of a slot has come to its end.
     pub(super) fn end_shadow(&mut self, at: usize, hidden: bool) {
-        let Some(slot) = self.shadows.get(at) else { return };
-        let (root, pixel) = (slot.root, slot.shadow.pixel as u16);
-        if !hidden {
-            let sum = self.world.passed(slot.shadow.light(), slot.depth);
-            self.add(root, pixel, sum);
+        let Some(&ShadowSlot { root, depth, ref shadow, .. }) = self.shadows.get(at) else {
+            return;
+        };
+        if hidden {
+            self.close(root);
+        } else {
+            self.shadow_passed(root, shadow.pixel as u16, shadow.light(), depth);
         }
+    }
+
+    /// What light has come through belongs to a pixel of a root.
+    fn shadow_passed(&mut self, root: u16, pixel: u16, light: Vec3, depth: [u32; 3]) {
+        let sum = self.world.passed(light, depth);
+        self.add(root, pixel, sum);
         self.close(root);
     }
 
@@ -167,9 +177,8 @@ impl<W: World> Node<'_, W> {
     pub(super) fn shadow_traced(&mut self, slot: ShadowSlot, traced: Traced, now: Time) {
         match traced {
             Traced::Done => {
-                let sum = self.world.passed(slot.shadow.light(), slot.depth);
-                self.add(slot.root, slot.shadow.pixel as u16, sum);
-                self.close(slot.root);
+                let ShadowSlot { root, depth, shadow, .. } = slot;
+                self.shadow_passed(root, shadow.pixel as u16, shadow.light(), depth);
             }
             Traced::Missing(block) => {
                 self.parked = self.parked.saturating_add(1);

@@ -154,8 +154,7 @@ impl MeshLayout {
         }
         let budgets =
             plans.iter().map(|plan| plan.budget(options.memory)).collect::<Result<_, _>>()?;
-        let packet = plans.first().map_or(0, NodePlan::payload) + PacketHeader::BYTES;
-        let (patience, bundle_age) = pace(packet);
+        let (patience, bundle_age) = pace(least + PacketHeader::BYTES);
         let settings = Settings {
             schedule: options.schedule,
             shadow: options.shadow,
