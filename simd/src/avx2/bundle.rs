@@ -147,8 +147,9 @@ pub(super) unsafe fn triangle(group: &Group, corners: &Corners, out: &mut Crossi
         let low = |axis: usize| _mm256_sub_ps(set(min[axis]), load(&group.origin[axis]));
         let high = |axis: usize| _mm256_sub_ps(set(max[axis]), load(&group.origin[axis]));
         let ends = [(low(0), high(0)), (low(1), high(1)), (low(2), high(2))];
-        let [far_x, far_y, far_z] = ends.map(|(l, h)| _mm256_max_ps(magnitude(l), magnitude(h)));
-        let pad = _mm256_max_ps(_mm256_max_ps(far_x, far_y), far_z);
+        // Not `map`: compiled for any machine, it is no part of this function unless it is inlined, and passes vectors in memory.
+        let far = |(l, h): (__m256, __m256)| _mm256_max_ps(magnitude(l), magnitude(h));
+        let pad = _mm256_max_ps(_mm256_max_ps(far(ends[0]), far(ends[1])), far(ends[2]));
         let pad = _mm256_mul_ps(pad, set(PreparedRay::PAD));
         let slab = |axis: usize, (l, h): (__m256, __m256)| {
             let inv = load(&group.inv[axis]);

@@ -60,8 +60,9 @@ pub(super) fn record(
     let low = |v: __m256| _mm256_castps256_ps128(v);
     let high = |v: __m256| _mm256_extractf128_ps::<1>(v);
     let zero = _mm_setzero_ps();
-    let [ox, oy, oz, _] = ray.origin.map(|x| _mm256_set1_ps(x));
-    let [sx, sy, _] = ray.shear.map(|x| _mm256_set1_ps(x));
+    let wide = |x: f32| _mm256_set1_ps(x);
+    let (ox, oy, oz) = (wide(ray.origin[0]), wide(ray.origin[1]), wide(ray.origin[2]));
+    let (sx, sy) = (wide(ray.shear[0]), wide(ray.shear[1]));
     // Step 1 of the definition for vertices 0 and 1 (low and high half), and for vertex 2; `z` is not yet multiplied.
     let (abx, aby, abz) =
         (_mm256_sub_ps(ab[0], ox), _mm256_sub_ps(ab[1], oy), _mm256_sub_ps(ab[2], oz));
@@ -118,10 +119,10 @@ pub(super) fn record(
         _mm_mul_ps(b2, z(cz)),
     );
     // Step 5. Rounding is monotone: the least of the differences is the difference of the least.
-    let ends =
-        [(abx, cx), (aby, cy), (abz, cz)].map(|(ab, c)| (least_of(ab, c), greatest_of(ab, c)));
-    let [far_x, far_y, far_z] = ends.map(|(l, h)| _mm_max_ps(magnitude(l), magnitude(h)));
-    let pad = _mm_max_ps(_mm_max_ps(far_x, far_y), far_z);
+    let ends_of = |ab: __m256, c: __m128| (least_of(ab, c), greatest_of(ab, c));
+    let ends = [ends_of(abx, cx), ends_of(aby, cy), ends_of(abz, cz)];
+    let far = |(l, h): (__m128, __m128)| _mm_max_ps(magnitude(l), magnitude(h));
+    let pad = _mm_max_ps(_mm_max_ps(far(ends[0]), far(ends[1])), far(ends[2]));
     let pad = _mm_mul_ps(pad, set(PreparedRay::PAD));
     let slab = |axis: usize, (l, h): (__m128, __m128)| {
         let inv = set(ray.inv[axis]);
