@@ -3,7 +3,7 @@
 //! A source that holds all blocks gets its rays one after the other. (Taking them in turns, with the next node or record
 //! asked for in advance, was measured a third slower on a PC with AVX2: the state of a single ray stays in registers. So was
 //! taking 4, 8 or 16 of them in waves, all that visit a node, then all that test a leaf and so on, without a branch that waits for
-//! the step before it: nothing waits any more, but the steps take a third more instructions, and fill the processor.)
+//! the step before it: nothing waits any more, but the steps take a quarter more instructions, and the processor does no more of them at once.)
 
 use super::code::{EMPTY, INDEX, is_leaf, is_node, is_ref};
 use super::cursor::{Cursor, Levels, Place, TraceError};
