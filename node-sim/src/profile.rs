@@ -118,7 +118,7 @@ impl Profile {
     pub(crate) fn time(&self, work: &Work, slow: f64) -> NodeTime {
         let ns = |terms: &[(u64, f64)]| {
             let sum: f64 = terms.iter().map(|&(count, each)| count as f64 * each).sum();
-            (sum * slow).round() as u64
+            (sum * slow + 0.5) as u64
         };
         NodeTime {
             trace: ns(&[

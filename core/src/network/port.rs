@@ -17,7 +17,8 @@ pub(super) struct PortState {
     pub(super) waiting: u16,
     /// Why a control packet is to be sent: 0, [`TELL`] or [`ASK`].
     pub(super) control: u8,
-    _zero: u8,
+    /// 1 if a link is joined to it.
+    joined: u8,
 }
 
 /// The far end has asked, or one that is new to it has been accounted for.
@@ -36,13 +37,23 @@ impl PortState {
             turn: 0,
             waiting: 0,
             control: 0,
-            _zero: 0,
+            joined: 0,
         }
     }
 
-    /// The same with so many queues whose heads leave by this port.
-    pub(super) const fn with_waiting(self, waiting: u16) -> Self {
-        Self { waiting, ..self }
+    /// As at the beginning, apart from what waits to leave by it.
+    pub(super) fn renewed(&self, size: &RouterSize) -> Self {
+        Self { waiting: self.waiting, joined: self.joined, ..Self::new(size) }
+    }
+
+    /// A link is joined to it.
+    pub(super) const fn join(&mut self) {
+        self.joined = 1;
+    }
+
+    /// Whether a link is.
+    pub(super) const fn is_joined(&self) -> bool {
+        self.joined != 0
     }
 
     /// Whether credit of any lane has not come back.

@@ -65,11 +65,17 @@ impl<'a> Router<'a> {
         here: NodeId,
         size: RouterSize,
     ) -> Result<Self, ArenaFull> {
+        let memory = RouterMemory::carve(arena, &size)?;
+        for (state, port) in memory.ports.iter_mut().zip(0..) {
+            if mesh.neighbour(here, Port(port)).is_some() {
+                state.join();
+            }
+        }
         Ok(Self {
             mesh,
             here,
             size,
-            memory: RouterMemory::carve(arena, &size)?,
+            memory,
             holds: false,
             held: [0; Channel::ALL.len()],
             turns: [0; Channel::ALL.len()],
@@ -246,10 +252,9 @@ impl<'a> Router<'a> {
     ///
     /// `out` must hold a header and a payload.
     pub fn transmit(&mut self, port: Port, out: &mut [u8]) -> Option<usize> {
-        let far = self.mesh.neighbour(self.here, port)?;
-        debug_assert!(far != self.here);
+        let state = self.memory.ports.get(usize::from(port.0)).filter(|port| port.is_joined())?;
         // A question goes first: it is rare, and other lanes could keep the link busy for ever.
-        let asks = self.memory.ports.get(usize::from(port.0)).is_some_and(|p| p.control == ASK);
+        let asks = state.control == ASK;
         match self.next_for(port).filter(|_| !asks) {
             Some(next) => self.send(port, next, out),
             None => self.control(port, out),
@@ -260,9 +265,8 @@ impl<'a> Router<'a> {
     #[must_use]
     pub fn would_transmit(&self, port: Port) -> bool {
         let state = self.memory.ports.get(usize::from(port.0));
-        let joined = self.mesh.neighbour(self.here, port).is_some();
-        let credit = || state.is_some_and(PortState::owes_credit);
-        joined && (self.next_for(port).is_some() || credit())
+        let state = state.filter(|state| state.is_joined());
+        state.is_some_and(|state| self.next_for(port).is_some() || state.owes_credit())
     }
 
     /// To be called at intervals where packets can be lost or overtaken: asks for credit that is overdue, so that lost packets and lost credit heal.
@@ -417,8 +421,9 @@ impl<'a> Router<'a> {
         if usize::from(fifo.len) >= depth || payload.len() > self.payload(queue) {
             return Err(Busy);
         }
-        let place = (usize::from(fifo.first) + usize::from(fifo.len)).checked_rem(depth);
-        let place = place.ok_or(Busy)?;
+        // Less than twice the depth: the head lies below it, and fewer packets than that are here.
+        let place = usize::from(fifo.first) + usize::from(fifo.len);
+        let place = if place < depth { place } else { place - depth };
         let at = self.bytes_at(queue, place);
         let bytes =
             at.checked_add(payload.len()).and_then(|end| self.memory.bytes.get_mut(at..end));
@@ -442,7 +447,8 @@ impl<'a> Router<'a> {
             return;
         };
         fifo.len -= 1;
-        fifo.first = (usize::from(fifo.first) + 1).checked_rem(depth).unwrap_or(0) as u8;
+        let next = usize::from(fifo.first) + 1;
+        fifo.first = if next < depth { next as u8 } else { 0 };
         let fifo_len = fifo.len;
         // The node's own queue is behind the last port: it has no link.
         if let Some(state) = self.memory.ports.get_mut(queue / LANES)

@@ -100,9 +100,9 @@ struct Step {
 const STEPS: [Step; 8] = [
     Step { frames: 8, rays: 4, shadows: 8, own: 2, bundles: 2, tiles: 1 },
     Step { frames: 8, rays: 8, shadows: 32, own: 4, bundles: 3, tiles: 1 },
-    Step { frames: 8, rays: 8, shadows: 64, own: 4, bundles: 3, tiles: 1 },
-    Step { frames: 9, rays: 8, shadows: 128, own: 4, bundles: 3, tiles: 1 },
-    Step { frames: 9, rays: 16, shadows: 256, own: 8, bundles: 4, tiles: 2 },
+    Step { frames: 7, rays: 8, shadows: 64, own: 4, bundles: 3, tiles: 1 },
+    Step { frames: 7, rays: 8, shadows: 128, own: 4, bundles: 3, tiles: 1 },
+    Step { frames: 8, rays: 12, shadows: 384, own: 8, bundles: 3, tiles: 2 },
     Step { frames: 9, rays: 32, shadows: 512, own: 16, bundles: 5, tiles: 3 },
     Step { frames: 9, rays: 64, shadows: 1024, own: 16, bundles: 6, tiles: 3 },
     Step { frames: 9, rays: 128, shadows: 2048, own: 16, bundles: 7, tiles: 3 },

@@ -102,8 +102,8 @@ impl Links {
 impl Link {
     /// How long a link is busy with so many bytes: at least 1 ns.
     pub(crate) fn duration(&self, bytes: usize) -> u64 {
-        let ns = (bytes as u128 * 1_000_000_000).div_ceil(u128::from(self.bandwidth.max(1)));
-        u64::try_from(ns).unwrap_or(u64::MAX).max(1)
+        const SECOND: u64 = 1_000_000_000;
+        (bytes as u64).saturating_mul(SECOND).div_ceil(self.bandwidth.max(1)).max(1)
     }
 
     /// From the departure of a packet's first byte to the moment when the far router can use it.

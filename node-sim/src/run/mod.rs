@@ -225,13 +225,17 @@ impl<'m, N: Actor<'m>, H: Actor<'m>> Run<'m, N, H> {
     fn serve(&mut self, place: u32) {
         let links = self.links.of(place);
         loop {
-            let changed = self.router(place).take_changed();
+            let mut changed = self.router(place).take_changed();
             if changed == 0 {
                 break;
             }
-            for (port, link) in links.clone().enumerate() {
-                if changed >> (port % 64) & 1 == 1 && self.links.get(link).to != u32::MAX {
-                    self.transmit(link);
+            while changed != 0 {
+                let first = links.start + changed.trailing_zeros();
+                changed &= changed - 1;
+                for link in (first..links.end).step_by(64) {
+                    if self.links.get(link).to != u32::MAX {
+                        self.transmit(link);
+                    }
                 }
             }
         }

@@ -6,7 +6,8 @@ const STEPS: usize = 256;
 /// A time line as it grows: when it gets too long, its steps are joined in pairs.
 #[derive(Debug)]
 pub(crate) struct TimelineRecorder {
-    step: u64,
+    /// The length of a step is 2 to this power \[ns\].
+    power: u32,
     steps: Vec<Step>,
     /// Rays held, and pixels complete, at the last step.
     stored: u64,
@@ -27,7 +28,7 @@ struct Step {
 impl Default for TimelineRecorder {
     /// Of no time yet.
     fn default() -> Self {
-        Self { step: 1024, steps: Vec::with_capacity(STEPS), stored: 0, pixels: 0 }
+        Self { power: 10, steps: Vec::with_capacity(STEPS), stored: 0, pixels: 0 }
     }
 }
 
@@ -65,7 +66,7 @@ impl TimelineRecorder {
     /// The time line of so many nodes, until `end`.
     pub(crate) fn finish(mut self, end: u64, nodes: u16) -> Timeline {
         self.at(end.saturating_sub(1));
-        let step_ns = self.step;
+        let step_ns = 1 << self.power;
         let used = end.div_ceil(step_ns) as usize;
         let samples = self.steps.iter().take(used).enumerate().map(|(index, step)| {
             let length = (end - index as u64 * step_ns).min(step_ns) as f64;
@@ -89,8 +90,8 @@ impl TimelineRecorder {
         self.at(to - 1);
         let mut start = from;
         while start < to {
-            let index = start / self.step;
-            let end = ((index + 1) * self.step).min(to);
+            let index = start >> self.power;
+            let end = ((index + 1) << self.power).min(to);
             add(&mut self.steps[index as usize], end - start);
             start = end;
         }
@@ -98,8 +99,8 @@ impl TimelineRecorder {
 
     /// The step of a moment.
     fn at(&mut self, at: u64) -> &mut Step {
-        while at / self.step >= STEPS as u64 {
-            self.step *= 2;
+        while at >> self.power >= STEPS as u64 {
+            self.power += 1;
             let join = |pair: &[Step]| match *pair {
                 [a, b] => Step {
                     busy: a.busy + b.busy,
@@ -112,7 +113,7 @@ impl TimelineRecorder {
             };
             self.steps = self.steps.chunks(2).map(join).collect();
         }
-        let index = (at / self.step) as usize;
+        let index = (at >> self.power) as usize;
         if self.steps.len() <= index {
             let next = Step { stored: self.stored, pixels: self.pixels, ..Step::default() };
             self.steps.resize(index + 1, next);

@@ -2,7 +2,6 @@
 
 use super::super::buffers::Slot;
 use super::super::packet::Lane;
-use super::super::port::PortState;
 use super::super::{NodeId, Port};
 use super::{Router, port_bit};
 
@@ -23,7 +22,7 @@ impl Router<'_> {
     /// it and are still here are dropped, as their credit is no more.
     pub fn renew(&mut self, port: Port) {
         let Some(state) = self.memory.ports.get_mut(usize::from(port.0)) else { return };
-        *state = PortState::new(&self.size).with_waiting(state.waiting);
+        *state = state.renewed(&self.size);
         for lane in Lane::ALL {
             let queue = self.queue(usize::from(port.0), lane);
             if let Some(fifo) = self.memory.fifos.get_mut(queue) {
