@@ -43,7 +43,10 @@ impl FrameEntry {
 /// Length of the index for this many frames: a power of two, at most half full.
 #[must_use]
 pub(super) const fn index_len(frames: usize) -> usize {
-    frames.saturating_mul(2).next_power_of_two()
+    match frames.saturating_mul(2).checked_next_power_of_two() {
+        Some(len) => len,
+        None => usize::MAX,
+    }
 }
 
 /// What the table of a cache takes of an arena, for this many frames.
@@ -330,14 +333,47 @@ impl<'a> FrameTable<'a> {
 /// The most frames of `block_bytes` that fit `bytes` of an arena together with their table.
 #[must_use]
 pub const fn frames_that_fit(bytes: usize, block_bytes: usize) -> usize {
-    let mut frames = bytes / if block_bytes == 0 { 1 } else { block_bytes };
-    // The table takes less than a frame for every ten: a few steps down at the most, per power of two.
-    while frames > 0
-        && frame_table_bytes(frames)
-            .saturating_add(super::Arena::bytes_of::<u8>(block_bytes.saturating_mul(frames)))
-            > bytes
-    {
-        frames = frames.saturating_sub(1);
+    let frames = bytes / if block_bytes == 0 { 1 } else { block_bytes };
+    // Bisection: what frames take grows with their number.
+    let (mut fit, mut over) = (0, frames.saturating_add(1));
+    while over - fit > 1 {
+        let middle = fit + (over - fit) / 2;
+        let blocks = super::Arena::bytes_of::<u8>(block_bytes.saturating_mul(middle));
+        if frame_table_bytes(middle).saturating_add(blocks) > bytes {
+            over = middle;
+        } else {
+            fit = middle;
+        }
     }
-    frames
+    fit
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::store::Arena;
+
+    fn bytes(frames: usize, block: usize) -> usize {
+        frame_table_bytes(frames)
+            .saturating_add(Arena::bytes_of::<u8>(block.saturating_mul(frames)))
+    }
+
+    #[test]
+    fn as_many_frames_fit_as_can_be() {
+        for block in [1 << 10, 4 << 10, 64 << 10] {
+            for size in (0..400_000).step_by(97) {
+                let frames = frames_that_fit(size, block);
+                assert!(frames == 0 || bytes(frames, block) <= size);
+                assert!(bytes(frames + 1, block) > size, "{size} {block}");
+            }
+        }
+    }
+
+    #[test]
+    fn no_memory_is_too_vast_to_be_divided() {
+        for (size, block) in [(usize::MAX, 4 << 10), (usize::MAX / 10, 1 << 10), (usize::MAX, 0)] {
+            let frames = frames_that_fit(size, block);
+            assert!(bytes(frames, block) <= size);
+        }
+    }
 }
