@@ -60,6 +60,7 @@ Examples:
   kiloray board glass --machine mps2-an386,mps2-an385 --width 32 --samples 4
   kiloray board glass --machine lm3s6965evb --topology line --json run.json
   kiloray board glass --qemu 2 --processes 2       a ring of two boards and two processes
+  kiloray board glass --serial /dev/ttyACM0 --boards 2 --topology line    two real ones
 
 Each board runs the firmware of 'node-board' with a quarter of the scene (of four boards) in its
 flash, and serial lines to its neighbours; this machine is at the lines of one or two of them, gives

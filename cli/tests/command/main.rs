@@ -11,6 +11,8 @@ mod hosts;
 mod page;
 mod plan;
 mod render;
+#[cfg(unix)]
+mod serial;
 mod sim;
 mod support;
 mod sweep;

@@ -3,7 +3,7 @@
 use std::{
     cell::Cell,
     future::{Future, poll_fn},
-    net::TcpStream,
+    os::fd::OwnedFd,
     pin::pin,
     task::Poll,
     time::Duration,
@@ -34,6 +34,18 @@ pub(super) enum End {
     Stopped,
 }
 
+/// What the host has heard over its lines.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Heard {
+    /// Sound frames.
+    pub(super) frames: u32,
+    /// A line over which nothing comes any more.
+    pub(super) broken: Option<usize>,
+}
+
+/// Asked from time to time: pixels that are there, and what was heard. `false` stops the run.
+pub(super) type Look<'l> = &'l mut dyn FnMut(u64, Heard) -> Outcome<bool>;
+
 /// A host, and what its links carried.
 #[derive(Debug)]
 pub(super) struct Done {
@@ -42,13 +54,13 @@ pub(super) struct Done {
     pub(super) links: Vec<LinkCounts>,
 }
 
-/// Takes the picture over these links, the host's ports in order, until it is complete or `look` says so. `look` is told how many pixels there are.
+/// Takes the picture over these links, the host's ports in order, until it is complete or `look` says so.
 pub(super) fn host(
     mesh: Mesh,
     setup: &Setup,
     ledger: Ledger,
-    lines: Vec<TcpStream>,
-    look: &mut dyn FnMut(u64) -> Outcome<bool>,
+    lines: Vec<impl Into<OwnedFd>>,
+    look: Look<'_>,
 ) -> Outcome<Done> {
     match lines.len() {
         1 => with_links::<1>(mesh, setup, ledger, lines, look),
@@ -60,8 +72,8 @@ fn with_links<const N: usize>(
     mesh: Mesh,
     setup: &Setup,
     ledger: Ledger,
-    lines: Vec<TcpStream>,
-    look: &mut dyn FnMut(u64) -> Outcome<bool>,
+    lines: Vec<impl Into<OwnedFd>>,
+    look: Look<'_>,
 ) -> Outcome<Done> {
     let size = RouterSize::new(&mesh, HOST, setup.depth, setup.payload);
     let mut memory = vec![Chunk::ZERO; size.arena_bytes() / CHUNK_BYTES];
@@ -93,7 +105,11 @@ fn with_links<const N: usize>(
                 if let Some(version) = tallies.iter().find_map(|tally| tally.get().other_version) {
                     return Poll::Ready(Err(other_version(version)));
                 }
-                match look(pixels) {
+                let heard = Heard {
+                    frames: tallies.iter().map(|tally| tally.get().received).sum(),
+                    broken: tallies.iter().position(|tally| tally.get().broken),
+                };
+                match look(pixels, heard) {
                     Ok(true) => {}
                     Ok(false) => return Poll::Ready(Ok(End::Stopped)),
                     Err(failure) => return Poll::Ready(Err(failure)),

@@ -19,6 +19,8 @@ impl Run<'_> {
         common["machine"] = json!(self.board.machine);
         common["processes"] = json!(self.board.processes);
         common["block_replicas"] = json!(self.board.block_replicas);
+        common["serial"] = json!(self.board.serial);
+        common["baud"] = json!(self.board.baud);
         common["noise"] = json!(self.board.noise.map(f64::from));
         let counts = done.ledger.counts();
         let links = done.links.iter().map(|link| {

@@ -1,9 +1,10 @@
-//! Frames over the sockets that stand for lines, and the clock of this machine: what the host and the nodes that are processes share.
+//! Frames over lines, which are serial ports or the sockets that stand for them, and the clock of this machine: what the host and the nodes that are processes share.
 
 use std::{
     array,
+    fs::File,
     future::pending,
-    net::TcpStream,
+    os::fd::OwnedFd,
     time::{Duration, Instant},
 };
 
@@ -25,18 +26,19 @@ const ROOM: usize = {
 };
 
 /// One direction of a line.
-type Half<'l> = FromFutures<&'l Async<TcpStream>>;
+type Half<'l> = FromFutures<&'l Async<File>>;
 
 /// The lines, by port, for waiting on.
-pub(super) fn open<const N: usize>(lines: Vec<TcpStream>) -> Outcome<[Async<TcpStream>; N]> {
-    let lines = lines.into_iter().map(Async::new).collect::<Result<Vec<_>, _>>();
-    let lines = lines.map_err(|error| Failure::new(format_args!("sockets: {error}")))?;
+pub(super) fn open<const N: usize>(lines: Vec<impl Into<OwnedFd>>) -> Outcome<[Async<File>; N]> {
+    let lines = lines.into_iter().map(|line| Async::new(File::from(line.into())));
+    let lines = lines.collect::<Result<Vec<_>, _>>();
+    let lines = lines.map_err(|error| Failure::new(format_args!("lines: {error}")))?;
     lines.try_into().map_err(|_| Failure::new("there are too many lines"))
 }
 
 /// Links over them.
 pub(super) fn links<'t, 'l, const N: usize>(
-    lines: &'l [Async<TcpStream>; N],
+    lines: &'l [Async<File>; N],
     tallies: &'t [Tally; N],
 ) -> [Link<'t, Half<'l>, Half<'l>, Vec<u8>>; N] {
     array::from_fn(|k| {

@@ -1,4 +1,4 @@
-//! `kiloray board`: a picture from a ring of emulated boards, and processes among them, with this machine as their host.
+//! `kiloray board`: a picture from a ring of boards, emulated ones with processes among them, or real ones at serial ports, with this machine as their host.
 
 mod emulator;
 mod firmware;
@@ -8,9 +8,11 @@ mod lines;
 mod link;
 mod nodes;
 mod process;
+mod serial;
 
 use std::{
     collections::BTreeMap,
+    os::fd::OwnedFd,
     path::{Path, PathBuf},
     sync::atomic::Ordering,
     time::Instant,
@@ -28,7 +30,7 @@ use kiloray_scene::kilo;
 pub(super) use self::process::line_node;
 use self::{
     firmware::{Board, LINKS},
-    host::{Done, End, host},
+    host::{Done, End, Heard, host},
     lines::Lines,
     nodes::{Kind, Nodes, Parts},
 };
@@ -84,7 +86,9 @@ pub(super) fn run(board: &args::Board) -> Outcome {
     }
     refuse_foreign(board)?;
     let mesh = mesh(board)?;
-    emulator::is_there()?;
+    if board.serial.is_empty() {
+        emulator::is_there()?;
+    }
     let scene = scene::load(&board.scene.scenes, common.block, BLOCK, quiet)?
         .with_view(common.view.as_ref());
     let options = options(board, &scene)?;
@@ -96,24 +100,38 @@ pub(super) fn run(board: &args::Board) -> Outcome {
     scene.print_notes(quiet);
 
     let (placement, setup) = (placement(board, &scene, &mesh), setup(&scene, &options, &mesh)?);
-    let parts = parts(board, &scene, &placement)?;
     let ledger = ledger(&scene, &options, &setup, &mesh)?;
     let folder = tempfile::tempdir().map_err(|error| Failure::io(Path::new("/tmp"), &error))?;
-    let render_start = Instant::now();
-    let mut lines = Lines::new(&mesh, board.noise.map_or(0.0, f64::from))
-        .map_err(|error| Failure::new(format_args!("sockets: {error}")))?;
-    let mut nodes = Nodes::start(&mesh, placement.replicas, &parts, &mut lines, folder.path())?;
-    let bar = Progress::new("boards", ledger.pixels(), quiet);
     let all = ledger.pixels();
-    let mut look = |pixels| {
+    let render_start;
+    let (mut nodes, lines) = if board.serial.is_empty() {
+        let parts = parts(board, &scene, &placement)?;
+        render_start = Instant::now();
+        let mut lines = Lines::new(&mesh, board.noise.map_or(0.0, f64::from))
+            .map_err(|error| Failure::new(format_args!("sockets: {error}")))?;
+        let nodes = Nodes::start(&mesh, placement.replicas, &parts, &mut lines, folder.path())?;
+        (Some(nodes), lines.take(HOST).into_iter().map(OwnedFd::from).collect())
+    } else {
+        render_start = Instant::now();
+        (None, serial::open_all(&board.serial, board.baud, &mesh)?)
+    };
+    let bar = Progress::new("boards", all, quiet);
+    let mut look = |pixels, heard: Heard| {
         bar.set(pixels);
-        bar.message(format!("{} of {} pixels", count(pixels), count(all)));
-        nodes.look()?;
+        bar.message(match heard.frames {
+            0 => "waiting for the boards".to_owned(),
+            _ => format!("{} of {} pixels", count(pixels), count(all)),
+        });
+        match &mut nodes {
+            Some(nodes) => nodes.look()?,
+            None => serial::look(&board.serial, board.baud, &heard, render_start.elapsed())?,
+        }
         Ok(!cancel.load(Ordering::Relaxed))
     };
-    let done = host(mesh, &setup, ledger, lines.take(HOST), &mut look)?;
+    let done = host(mesh, &setup, ledger, lines, &mut look)?;
     drop(bar);
-    let (dead, said) = (nodes.dead().to_vec(), nodes.said());
+    let (dead, said) =
+        nodes.as_ref().map_or_else(Default::default, |nodes| (nodes.dead().to_vec(), nodes.said()));
     drop(nodes);
 
     let output = if done.end == End::Complete { output } else { output.incomplete() };
@@ -173,7 +191,11 @@ fn refuse_foreign(board: &args::Board) -> Outcome {
 }
 
 fn mesh(board: &args::Board) -> Outcome<Mesh> {
-    let (name, nodes) = (&board.topology, board.qemu.saturating_add(board.processes));
+    let nodes = match board.serial.is_empty() {
+        true => board.qemu.saturating_add(board.processes),
+        false => board.boards,
+    };
+    let name = &board.topology;
     let topology = Topology::parse(name, nodes).map_err(|error| {
         Failure::usage(format_args!("--topology {name} for {nodes} boards: {error}"))
     })?;
@@ -297,7 +319,7 @@ impl Run<'_> {
         let bytes: u64 = self.done.links.iter().map(|l| l.sent_bytes + l.received_bytes).sum();
         line(format_args!(
             "{} boards{} in {:.1} s, {} of {} blocks with each at most; {} bytes over the host's lines, {} frames damaged",
-            self.board.qemu,
+            u32::from(self.nodes) - self.board.processes,
             match self.board.processes {
                 0 => String::new(),
                 processes => format!(" and {processes} processes"),
