@@ -84,7 +84,7 @@ pub(crate) enum Command {
         mut_arg("report", |arg| arg.hide(true))
     )]
     Sweep(Box<Sweep>),
-    /// Render a scene on a ring of small boards that QEMU emulates, linked by serial lines; this machine is their host
+    /// Render a scene on a ring of small boards, linked by serial lines: emulated by QEMU, or real; this machine is their host
     #[command(
         after_help = text::BOARD,
         args_override_self = true,
