@@ -100,19 +100,18 @@ pub(super) fn run(board: &args::Board) -> Outcome {
     scene.print_notes(quiet);
 
     let (placement, setup) = (placement(board, &scene, &mesh), setup(&scene, &options, &mesh)?);
+    let parts =
+        if board.serial.is_empty() { parts(board, &scene, &placement)? } else { Vec::new() };
     let ledger = ledger(&scene, &options, &setup, &mesh)?;
     let folder = tempfile::tempdir().map_err(|error| Failure::io(Path::new("/tmp"), &error))?;
     let all = ledger.pixels();
-    let render_start;
+    let render_start = Instant::now();
     let (mut nodes, lines) = if board.serial.is_empty() {
-        let parts = parts(board, &scene, &placement)?;
-        render_start = Instant::now();
         let mut lines = Lines::new(&mesh, board.noise.map_or(0.0, f64::from))
             .map_err(|error| Failure::new(format_args!("sockets: {error}")))?;
         let nodes = Nodes::start(&mesh, placement.replicas, &parts, &mut lines, folder.path())?;
         (Some(nodes), lines.take(HOST).into_iter().map(OwnedFd::from).collect())
     } else {
-        render_start = Instant::now();
         (None, serial::open_all(&board.serial, board.baud, &mesh)?)
     };
     let bar = Progress::new("boards", all, quiet);
