@@ -5,7 +5,7 @@ use crate::network::{Channel, Mesh, NodeId, RouterSize};
 use crate::protocol::Item;
 use crate::shade::Sum;
 use crate::store::{
-    Arena, Budget, BudgetError, Line, LineBudget, frame_table_bytes, frames_that_fit,
+    Arena, Budget, BudgetError, Line, LineBudget, frame_bytes, frame_table_bytes, frames_that_fit,
 };
 
 /// How the memory of a node of a mesh is divided: the lengths of all lines.
@@ -127,7 +127,7 @@ impl NodePlan {
         let mut best = least;
         for step in &STEPS {
             let plan = Self::of(step, memory, needs);
-            let all = plan.with_frames(needs.remote).frame_bytes();
+            let all = frame_bytes(needs.remote, needs.block_bytes);
             let rest = memory.saturating_sub(plan.bytes());
             let wanted = memory.saturating_sub(plan.router.bytes()) / TWELFTHS;
             if plan.bytes() > memory || rest < wanted.saturating_mul(step.frames).min(all) {
@@ -257,11 +257,6 @@ impl NodePlan {
     /// [`BudgetError`] if it takes more than `memory` bytes.
     pub fn budget(&self, memory: usize) -> Result<Budget, BudgetError> {
         Budget::new(memory, &self.lines())
-    }
-
-    fn frame_bytes(&self) -> usize {
-        let frames = self.block_bytes.saturating_mul(self.frames);
-        frame_table_bytes(self.frames).saturating_add(Arena::bytes_of::<u8>(frames))
     }
 
     fn lines(&self) -> [LineBudget; 8] {

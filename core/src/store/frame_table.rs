@@ -330,6 +330,12 @@ impl<'a> FrameTable<'a> {
     }
 }
 
+/// What so many frames of `block_bytes` take of an arena, with their table.
+pub(crate) const fn frame_bytes(frames: usize, block_bytes: usize) -> usize {
+    let blocks = super::Arena::bytes_of::<u8>(block_bytes.saturating_mul(frames));
+    frame_table_bytes(frames).saturating_add(blocks)
+}
+
 /// The most frames of `block_bytes` that fit `bytes` of an arena together with their table.
 #[must_use]
 pub const fn frames_that_fit(bytes: usize, block_bytes: usize) -> usize {
@@ -338,8 +344,7 @@ pub const fn frames_that_fit(bytes: usize, block_bytes: usize) -> usize {
     let (mut fit, mut over) = (0, frames.saturating_add(1));
     while over - fit > 1 {
         let middle = fit + (over - fit) / 2;
-        let blocks = super::Arena::bytes_of::<u8>(block_bytes.saturating_mul(middle));
-        if frame_table_bytes(middle).saturating_add(blocks) > bytes {
+        if frame_bytes(middle, block_bytes) > bytes {
             over = middle;
         } else {
             fit = middle;
@@ -351,20 +356,14 @@ pub const fn frames_that_fit(bytes: usize, block_bytes: usize) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::store::Arena;
-
-    fn bytes(frames: usize, block: usize) -> usize {
-        frame_table_bytes(frames)
-            .saturating_add(Arena::bytes_of::<u8>(block.saturating_mul(frames)))
-    }
 
     #[test]
     fn as_many_frames_fit_as_can_be() {
         for block in [1 << 10, 4 << 10, 64 << 10] {
             for size in (0..400_000).step_by(97) {
                 let frames = frames_that_fit(size, block);
-                assert!(frames == 0 || bytes(frames, block) <= size);
-                assert!(bytes(frames + 1, block) > size, "{size} {block}");
+                assert!(frames == 0 || frame_bytes(frames, block) <= size);
+                assert!(frame_bytes(frames + 1, block) > size, "{size} {block}");
             }
         }
     }
@@ -373,7 +372,7 @@ mod tests {
     fn no_memory_is_too_vast_to_be_divided() {
         for (size, block) in [(usize::MAX, 4 << 10), (usize::MAX / 10, 1 << 10), (usize::MAX, 0)] {
             let frames = frames_that_fit(size, block);
-            assert!(bytes(frames, block) <= size);
+            assert!(frame_bytes(frames, block) <= size);
         }
     }
 }

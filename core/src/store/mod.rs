@@ -24,6 +24,7 @@ pub use arena::{Arena, ArenaFull, CHUNK_BYTES, Chunk};
 pub use budget::{Budget, BudgetError, Line, LineBudget, LineNeed};
 pub use cache::{BlockCache, CacheCounts, CacheFull, Claim, Place};
 pub use fetch::{Checked, FetchError, FetchedBlocks, Medium};
+pub(crate) use frame_table::frame_bytes;
 pub use frame_table::{frame_table_bytes, frames_that_fit};
 pub use pool::{Pool, Slot};
 pub use queue::{Full, Queue};
