@@ -6,19 +6,12 @@ use std::{
     time::Instant,
 };
 
-use crate::support::{FIELDS, Folder, field, is_gone, json, signal, until};
+use crate::support::{FIELDS, Folder, field, is_gone, signal, until};
 
 /// Small, and quick.
 const SMALL: &str = "glass --width 32 --height 24 --samples 1 --seed 3";
 /// More than there is time for.
 const LONG: &str = "host glass --width 400 --samples 4096 --nodes 3 -o long.png";
-
-impl Folder {
-    fn counted(&self, command: &str) -> serde_json::Value {
-        self.run(&format!("{command} --quiet --json run.json")).done();
-        json(&self.path().join("run.json"))
-    }
-}
 
 #[test]
 fn processes_give_the_bits_of_one_node() {

@@ -9,8 +9,7 @@ use crate::support::{FIELDS, Folder, field, json};
 impl Folder {
     /// Renders, and reads the JSON.
     fn render(&self, line: &str) -> Value {
-        self.run(&format!("render {line} --quiet --json run.json")).done();
-        json(&self.path().join("run.json"))
+        self.counted(&format!("render {line}"))
     }
 
     fn hash(&self, line: &str) -> String {

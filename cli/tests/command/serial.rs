@@ -19,7 +19,7 @@ use rustix::{
     termios::{LocalModes, tcgetattr},
 };
 
-use crate::support::{Folder, json, until};
+use crate::support::{Folder, until};
 
 /// A port, and what is at its other end.
 struct Port {
@@ -58,9 +58,8 @@ fn node(folder: &Folder, share: &Path, lines: &[BorrowedFd<'_>]) -> (Child, Unix
 #[test]
 fn boards_at_serial_ports_give_the_bits_of_one_machine() {
     let folder = Folder::new();
-    let picture = "--block 1KiB --width 16 --height 12 --samples 1 --quiet --json run.json";
-    folder.run(&format!("render glass {picture}")).done();
-    let expected = json(&folder.path().join("run.json"))["image_hash"].clone();
+    let picture = "--block 1KiB --width 16 --height 12 --samples 1";
+    let expected = folder.counted(&format!("render glass {picture}"))["image_hash"].clone();
 
     let (left, right) = UnixStream::pair().expect("sockets");
     let ports = [Port::new(), Port::new()];
@@ -73,8 +72,7 @@ fn boards_at_serial_ports_give_the_bits_of_one_machine() {
     }
     let names = ports.each_ref().map(|port| port.name.display().to_string()).join(",");
     let boards = format!("--serial {names} --boards 2 --topology line");
-    folder.run(&format!("board glass {picture} {boards}")).done();
-    let run = json(&folder.path().join("run.json"));
+    let run = folder.counted(&format!("board glass {picture} {boards}"));
     assert_eq!((&run["image_hash"], &run["nodes"]), (&expected, &2.into()));
     assert_eq!(run["differing"], 0);
     for (mut child, tie) in nodes {

@@ -94,6 +94,12 @@ impl Folder {
         let arguments = line.split(' ').filter(|word| !word.is_empty());
         Ran(self.command().args(arguments).output().expect("the command runs"), line.into())
     }
+
+    /// Runs a line that renders, and reads what it says of the run.
+    pub(crate) fn counted(&self, line: &str) -> Value {
+        self.run(&format!("{line} --quiet --json run.json")).done();
+        json(&self.path().join("run.json"))
+    }
 }
 
 /// What came of a run.
