@@ -42,6 +42,8 @@ pub struct Report {
     pub cache: CacheCounts,
     /// The memory of a thread, line by line, with its peaks: the greatest of all threads.
     pub budget: Budget,
+    /// What the expanded top of the tree takes, once for all threads \[bytes\]: none in a given memory.
+    pub top_bytes: usize,
     /// Threads that worked.
     pub threads: usize,
     /// Pixels whose sum was too great to count.

@@ -17,6 +17,7 @@ mod mesh;
 mod node;
 mod options;
 mod picture;
+mod top;
 
 #[cfg(test)]
 mod tests;
@@ -26,3 +27,4 @@ pub use job::{Control, Rendered, Report, plan, render};
 pub use mesh::{Ledger, LedgerCounts, MeshLayout, MeshOptions};
 pub use options::{Lanes, Options};
 pub use picture::Picture;
+pub use top::Top;

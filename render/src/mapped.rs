@@ -1,5 +1,6 @@
+use crate::top::Top;
 use crate::{Control, Error, Picture, Report};
-use kiloray_core::block::KiloView;
+use kiloray_core::block::{Expanded, KiloView};
 use kiloray_core::render::{Job, Plan, RenderError, Renderer, Sight, Tiling};
 use kiloray_core::shade::Counts;
 use kiloray_core::store::{Arena, Budget, CHUNK_BYTES, CacheCounts, Chunk, FetchError};
@@ -46,6 +47,8 @@ pub(crate) fn render<T: Tracer + Send + Sync>(
     let tiling = Tiling::new(width, height, plan.side as u32);
     let budget = plan.budget(usize::MAX)?;
     let next = AtomicU32::new(0);
+    let top = Top::new(file);
+    let source = top.over(*file);
     let shared = Mutex::new(Shared {
         picture,
         counts: Counts::default(),
@@ -55,7 +58,7 @@ pub(crate) fn render<T: Tracer + Send + Sync>(
         error: None,
     });
     pool.broadcast(|_| {
-        let work = || worker(file, job, &plan, tiling, tracer, control, &next, &shared);
+        let work = || worker(source, job, &plan, tiling, tracer, control, &next, &shared);
         if let Err(error) = work() {
             // The others stop at their next tile.
             next.store(u32::MAX / 2, Ordering::Relaxed);
@@ -69,14 +72,21 @@ pub(crate) fn render<T: Tracer + Send + Sync>(
         Err(poisoned) => poisoned.into_inner(),
     };
     let Shared { counts, budget, overflows, error, .. } = shared;
-    let report = Report { counts, cache: CacheCounts::default(), budget, threads, overflows };
+    let report = Report {
+        counts,
+        cache: CacheCounts::default(),
+        budget,
+        top_bytes: top.bytes(),
+        threads,
+        overflows,
+    };
     error.map_or(Ok(report), Err)
 }
 
 /// Renders tiles as long as there are any.
 #[expect(clippy::too_many_arguments, reason = "called once, with all that a picture is")]
 fn worker<T: Tracer>(
-    file: &KiloView<'_>,
+    source: Expanded<'_>,
     job: &Job<'_>,
     plan: &Plan,
     tiling: Tiling,
@@ -88,7 +98,7 @@ fn worker<T: Tracer>(
     let mut budget = plan.budget(usize::MAX)?;
     let mut chunks = vec![Chunk::ZERO; budget.bytes() / CHUNK_BYTES];
     let mut renderer = Renderer::new(&mut Arena::new(&mut chunks), plan)?;
-    let mut sight = Sight::new(tracer, *file);
+    let mut sight = Sight::new(tracer, source);
     let mut counts = Counts::default();
     let settings = job.shader.settings();
     while let Some(tile) = tiling.tile(next.fetch_add(1, Ordering::Relaxed)) {

@@ -36,5 +36,5 @@ pub(crate) fn render<T: Tracer>(
     let cache = sight.source().counts();
     budget.note_peak(Line::Frames, cache.frames_peak as usize);
     budget.note_peak(Line::FrameTable, cache.frames_peak as usize);
-    Ok(Report { counts, cache, budget, threads: 1, overflows })
+    Ok(Report { counts, cache, budget, top_bytes: 0, threads: 1, overflows })
 }

@@ -3,6 +3,7 @@
 #[allow(clippy::wildcard_imports, reason = "a kernel names a hundred instructions")]
 use core::arch::x86_64::*;
 
+use kiloray_core::block::ExpandedNode;
 use kiloray_core::block::format::{BlockHeader, Node, Record};
 use kiloray_core::geometry::PreparedRay;
 use kiloray_core::trace::{
@@ -120,6 +121,40 @@ impl Lanes for Avx2 {
             let x1 = _mm256_fmadd_ps(bounds(48 - fx), ix, _mm256_broadcast_ss(&frame.far[0]));
             let y1 = _mm256_fmadd_ps(bounds(80 - fy), iy, _mm256_broadcast_ss(&frame.far[1]));
             let z1 = _mm256_fmadd_ps(bounds(112 - fz), iz, _mm256_broadcast_ss(&frame.far[2]));
+            let enter =
+                _mm256_max_ps(_mm256_max_ps(x0, y0), _mm256_max_ps(z0, _mm256_set1_ps(t_min)));
+            let leave =
+                _mm256_min_ps(_mm256_min_ps(x1, y1), _mm256_min_ps(z1, _mm256_set1_ps(t_max)));
+            _mm256_storeu_ps(near.as_mut_ptr(), enter);
+            _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LE_OQ>(enter, leave)) as u32
+        }
+    }
+
+    #[inline(always)]
+    fn expanded_slots(
+        self,
+        frame: &Frame,
+        node: &ExpandedNode,
+        t_min: f32,
+        t_max: f32,
+        near: &mut [f32; 8],
+    ) -> u32 {
+        let bytes = core::ptr::from_ref(node).cast::<u8>();
+
+        let [fx, fy, fz] = frame.first.map(|offset| 2 * offset as usize);
+        // SAFETY: a value of Avx2 exists, so the machine has AVX2 and FMA. Offsets are 0, 16 or 32, or 48 more, by
+        // the only constructor of Frame: sixteen bytes from there lie in the 96 bytes of bounds.
+        unsafe {
+            let bounds = |offset: usize| _mm256_load_ps(bytes.add(offset).cast());
+            let ix = _mm256_broadcast_ss(&frame.inv[0]);
+            let iy = _mm256_broadcast_ss(&frame.inv[1]);
+            let iz = _mm256_broadcast_ss(&frame.inv[2]);
+            let x0 = _mm256_fmadd_ps(bounds(fx), ix, _mm256_broadcast_ss(&frame.near[0]));
+            let y0 = _mm256_fmadd_ps(bounds(fy), iy, _mm256_broadcast_ss(&frame.near[1]));
+            let z0 = _mm256_fmadd_ps(bounds(fz), iz, _mm256_broadcast_ss(&frame.near[2]));
+            let x1 = _mm256_fmadd_ps(bounds(96 - fx), ix, _mm256_broadcast_ss(&frame.far[0]));
+            let y1 = _mm256_fmadd_ps(bounds(160 - fy), iy, _mm256_broadcast_ss(&frame.far[1]));
+            let z1 = _mm256_fmadd_ps(bounds(224 - fz), iz, _mm256_broadcast_ss(&frame.far[2]));
             let enter =
                 _mm256_max_ps(_mm256_max_ps(x0, y0), _mm256_max_ps(z0, _mm256_set1_ps(t_min)));
             let leave =

@@ -121,6 +121,7 @@ impl Run<'_> {
                 "count": header.blocks,
                 "bytes": u64::from(header.blocks) * u64::from(header.block_bytes),
                 "fetched": report.cache.fetched,
+                "expanded_bytes": report.top_bytes,
             },
             "memory": {
                 "limit": self.common.memory,

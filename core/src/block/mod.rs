@@ -2,10 +2,11 @@
 //!
 //! [`format`] is the layout, byte by byte. [`BlockView::parse`] checks every index of a block once, on
 //! arrival; nothing of a block is trusted before. [`KiloView`] reads a whole file, from a mapping or
-//! from flash. [`BlockSource`] is where a traversal gets its blocks.
+//! from flash. [`BlockSource`] is where a traversal gets its blocks. [`ExpandedTop`] is the top of the tree for machines with memory to spare.
 
 mod check;
 mod error;
+mod expanded;
 mod file;
 pub mod format;
 pub mod octahedral;
@@ -14,6 +15,7 @@ mod tables;
 mod view;
 
 pub use error::BlockError;
+pub use expanded::{Expanded, ExpandedNode, ExpandedTop};
 pub use file::{FileError, KiloView, Table};
 pub use source::{BlockSource, NoBlock};
 pub(crate) use view::NO_HEADER;

@@ -1,5 +1,6 @@
 use core::fmt;
 
+use super::expanded::ExpandedTop;
 use super::file::KiloView;
 use super::view::BlockView;
 
@@ -23,6 +24,12 @@ pub trait BlockSource {
     #[inline(always)]
     fn holds_all(&self) -> bool {
         false
+    }
+
+    /// The top of the tree, if it is here a second time, expanded. It must be that of the blocks.
+    #[inline(always)]
+    fn top(&self) -> ExpandedTop<'_> {
+        ExpandedTop::NONE
     }
 }
 
@@ -64,5 +71,10 @@ impl<S: BlockSource> BlockSource for &mut S {
     #[inline(always)]
     fn holds_all(&self) -> bool {
         (**self).holds_all()
+    }
+
+    #[inline(always)]
+    fn top(&self) -> ExpandedTop<'_> {
+        (**self).top()
     }
 }

@@ -23,6 +23,9 @@ use crate::geometry::rounding::{UNIT_ROUNDOFF, max};
 /// The bounds of a node lie in those of its parent's slot, so the same holds for every ancestor: in one block by
 /// the same frame, in another since the claim needs no more than that the own box lies in the slot's box.
 ///
+/// An [expanded node](crate::block::ExpandedNode) has a frame as well, with `origin = 0` and `scale = 1`: its bounds are the numbers
+/// `origin + scale * q` themselves, which lie in the cube, and the steps above ask no more of them.
+///
 /// For the numbers to stay in the range where this holds, no coordinate of the ray's origin is above 2⁴⁰ and the greatest component of
 /// its direction is between 2⁻²⁰ and 2²⁰ (then `|inv|` is between 2⁻²⁰ and 2⁸⁰, and `scale` between 2⁻⁸⁰ and 2). Any other ray gets
 /// an infinite pad, and `inv = ±1`: no box decides anything.

@@ -1,6 +1,7 @@
 use super::beam::{BeamFrame, Planes};
 use super::group::{Corners, Crossings, Group, Sides, Verdict};
 use super::octant::Octants;
+use crate::block::ExpandedNode;
 use crate::block::format::{BlockHeader, Node, Record};
 use crate::geometry::PreparedRay;
 
@@ -29,6 +30,16 @@ pub trait Lanes: Copy {
         self,
         frame: &Self::Frame,
         node: &Node,
+        t_min: f32,
+        t_max: f32,
+        near: &mut [f32; 8],
+    ) -> u32;
+
+    /// [`Lanes::slots`] of an expanded node, in the frame [`ExpandedTop::FRAME`](crate::block::ExpandedTop::FRAME).
+    fn expanded_slots(
+        self,
+        frame: &Self::Frame,
+        node: &ExpandedNode,
         t_min: f32,
         t_max: f32,
         near: &mut [f32; 8],

@@ -30,6 +30,7 @@ mod scalar;
 #[cfg(test)]
 mod tests;
 mod together;
+mod top;
 mod tracer;
 mod trail;
 mod visit;

@@ -4,6 +4,7 @@ use super::code::EMPTY;
 use super::cursor::{Levels, Place};
 use super::lanes::Lanes;
 use super::octant::{Octants, Visits};
+use crate::block::ExpandedNode;
 use crate::block::format::Node;
 use crate::geometry::PreparedRay;
 
@@ -24,17 +25,43 @@ pub(super) fn visit<L: Lanes>(
     if mask == 0 {
         return EMPTY;
     }
-    let flip = lanes.flip(octants, node);
+    enter(mask, lanes.flip(octants, node), &node.child, at, levels)
+}
+
+/// Visits a node of the expanded top.
+#[inline(always)]
+pub(super) fn visit_expanded<L: Lanes>(
+    lanes: L,
+    frame: &L::Frame,
+    node: &ExpandedNode,
+    at: &Place,
+    levels: &mut Levels,
+    ray: &PreparedRay,
+    octants: &Octants,
+) -> u16 {
+    let level = levels.at_mut(u32::from(at.depth));
+    let mask = lanes.expanded_slots(frame, node, ray.t_min, ray.t_max, &mut level.near);
+    if mask == 0 {
+        return EMPTY;
+    }
+    let flip = octants.get(usize::from(node.axes)).copied().unwrap_or(0);
+    enter(mask, flip, &node.child, at, levels)
+}
+
+/// The child that is visited first, of those that are met; the others are left at the level.
+#[inline(always)]
+fn enter(mask: u32, flip: u8, child: &[u16; 8], at: &Place, levels: &mut Levels) -> u16 {
+    let level = levels.at_mut(u32::from(at.depth));
     let visits = Visits::of(mask, flip);
     let (slot, pending) = (visits.first(), visits.others());
     level.taken = slot as u8 ^ flip;
     // Always: whether more than one is met is anybody's guess, and the stores cost less than a wrong one.
-    level.child = node.child;
+    level.child = *child;
     level.block = at.block;
     level.flip = flip;
     level.pending = pending;
     levels.live |= u32::from(pending != 0) << (at.depth & 31);
-    at_slot(&node.child, slot)
+    at_slot(child, slot)
 }
 
 /// A child that was left.

@@ -8,10 +8,11 @@ use super::leaf::leaf;
 use super::octant::{Octants, first_octants};
 use super::query::Query;
 use super::restart::restart;
+use super::top::{TOP, in_top};
 use super::tracer::Search;
 use super::visit::{take, visit};
 use crate::block::format::{BlockHeader, Child};
-use crate::block::{BlockSource, BlockView};
+use crate::block::{BlockSource, BlockView, ExpandedTop};
 use crate::geometry::{PreparedRay, Ray};
 
 /// A search of a single ray: from the root, or from the cursor's trail.
@@ -37,6 +38,9 @@ impl<const CONTINUED: bool> Search for Single<CONTINUED> {
         }
         let mut run = Run { ray, at: Place::ROOT, collapsed: 0, unchecked: CONTINUED };
         cursor.levels.live = 0;
+        if !CONTINUED && !source.top().is_empty() {
+            run.at.block = TOP;
+        }
         if CONTINUED {
             let Some((at, collapsed)) = cursor.trail.lay(&mut cursor.levels) else {
                 return Err(TraceError::Corrupt { block: cursor.trail.block() });
@@ -95,6 +99,7 @@ fn walk<L: Lanes, S: BlockSource, Q: Query>(
     let octants = first_octants(&run.ray);
     let prepared = lanes.ray(&run.ray);
     let mut crossings = Crossings::default();
+    let top_frame = lanes.frame(&prepared, &ExpandedTop::FRAME);
     // The path of the trail leads on below the place.
     let mut restarts = run.collapsed.unbounded_shr(u32::from(run.at.depth)) != 0;
     loop {
@@ -102,6 +107,14 @@ fn walk<L: Lanes, S: BlockSource, Q: Query>(
             return Ok(());
         }
         restarts = false;
+        let top = source.top();
+        if !top.is_empty() && run.at.block == TOP {
+            match in_top(lanes, top, &top_frame, octants, run, levels) {
+                Leave::Block => {}
+                Leave::Corrupt => return Err(TraceError::Corrupt { block: 0 }),
+                Leave::Done | Leave::Exhausted => return Ok(()),
+            }
+        }
         let view = source.block(run.at.block).map_err(TraceError::Source)?;
         if !run.enters(&view, &mut levels.visited) {
             return Err(TraceError::Corrupt { block: run.at.block });
@@ -123,8 +136,8 @@ fn walk<L: Lanes, S: BlockSource, Q: Query>(
     }
 }
 
-/// Why the traversal leaves a block.
-enum Leave {
+/// Why the traversal leaves a block, or the top.
+pub(super) enum Leave {
     /// It needs the block of its place.
     Block,
     /// No level has children left.

@@ -5,6 +5,7 @@ use std::fmt;
 use fastrand::Rng;
 use kiloray_core::geometry::{Hit, Primitive, Ray};
 use kiloray_core::trace::{Cursor, Scalar, Tracer};
+use kiloray_render::Top;
 use kiloray_simd::Auto;
 
 use super::rays::ray;
@@ -67,7 +68,7 @@ pub enum What {
         /// Why that is wrong.
         wrong: Wrong,
     },
-    /// Scalar lanes, or any hit, say something else than the closest hit.
+    /// Scalar lanes, the expanded top, or any hit, say something else than the closest hit.
     Differ {
         /// The ray.
         ray: Ray,
@@ -75,6 +76,8 @@ pub enum What {
         hit: Option<Hit>,
         /// Of scalar lanes.
         scalar: Option<Hit>,
+        /// With the top of the tree expanded.
+        below: Option<Hit>,
         /// Any hit.
         any: bool,
     },
@@ -101,6 +104,8 @@ pub fn run(seed: u64, number: u64, rays: u64) -> Result<Counts, Box<Failure>> {
     let block_bytes = BLOCKS[rng.usize(0..BLOCKS.len())];
     let file = compiled(&model, block_bytes).map_err(|e| broken(&e))?;
     let mut view = file.view();
+    let top = Top::new(&view);
+    let mut topped = top.over(view);
     let primitives = primitives(&view);
     let mut counts = Counts { scenes: 1, primitives: primitives.len() as u64, ..Counts::default() };
     if primitives.is_empty() {
@@ -118,8 +123,9 @@ pub fn run(seed: u64, number: u64, rays: u64) -> Result<Counts, Box<Failure>> {
         if i % 8 == 0 {
             let scalar = Scalar.closest(&mut cursor, &mut view, &ray).ok().flatten();
             let any = tracer.any(&mut cursor, &mut view, &ray).unwrap_or(hit.is_none());
-            if scalar != hit || any != hit.is_some() {
-                return Err(failure(What::Differ { ray, hit, scalar, any }));
+            let below = tracer.closest(&mut cursor, &mut topped, &ray).ok().flatten();
+            if scalar != hit || below != hit || any != hit.is_some() {
+                return Err(failure(What::Differ { ray, hit, scalar, below, any }));
             }
         }
         found.clear();

@@ -2,10 +2,10 @@ use std::vec::Vec;
 
 use super::scenes::{Random, clutter, no_rays, rays};
 use super::writer::{Blocks, Item, write};
-use super::{OneFrame, Resident, brute, check};
-use crate::block::SPHERES;
+use super::{OneFrame, Resident, Room, Topped, brute, check};
+use crate::block::{BlockSource, BlockView, ExpandedTop, NoBlock, SPHERES};
 use crate::geometry::{Hit, Ray};
-use crate::trace::{Batch, Cursor, Scalar, Tracer};
+use crate::trace::{Batch, Cursor, Scalar, TraceError, Tracer};
 
 fn layouts(items: &[Item]) -> Vec<Blocks> {
     [(1 << 10, 1, 1), (1 << 11, 2, 99), (1 << 12, 4, 99), (1 << 14, 3, 999), (1 << 16, 4, 999)]
@@ -17,32 +17,79 @@ fn compare(tracer: impl Tracer, blocks: &Blocks, items: &[Item], rays: &[Ray]) {
     check(blocks);
     let mut cursor = Cursor::new();
     let mut cached = OneFrame::new(blocks);
+    // The root alone, some levels, all nodes: a room that is too small ends in the middle of a level.
+    let mut rooms = [1, 5, 33, 4096].map(Room::new);
+    let tops = rooms.each_mut().map(|room| room.grow(blocks));
+    let mut stops = 0;
     for ray in rays {
         let expected = brute(items, ray);
-        let source = &mut Resident(blocks);
         let closest = expected.first().copied();
-        assert_eq!(tracer.closest(&mut cursor, source, ray), Ok(closest), "{ray:?}");
-        assert_eq!(tracer.any(&mut cursor, source, ray), Ok(closest.is_some()));
-        let mut all: Vec<Hit> = Vec::new();
-        let visit = |hit: &Hit| {
-            all.push(*hit);
-            false
-        };
-        assert_eq!(tracer.every(&mut cursor, source, ray, visit), Ok(()));
-        all.sort_by(|a, b| {
-            if a.is_closer_than(b) {
-                core::cmp::Ordering::Less
-            } else if b.is_closer_than(a) {
-                core::cmp::Ordering::Greater
-            } else {
-                core::cmp::Ordering::Equal
+        asks(tracer, &mut cursor, &mut Resident(blocks), ray, &expected);
+        for top in tops {
+            asks(tracer, &mut cursor, &mut Topped(blocks, top), ray, &expected);
+        }
+        // A block that is missing below the top stops it; it goes on without a top.
+        let hit = tracer.closest(&mut cursor, &mut Resident(blocks), ray).unwrap();
+        let missing = hit.map_or(0, |hit| hit.block);
+        let source = &mut Lacks(Topped(blocks, tops[1]), missing);
+        let found = match tracer.closest(&mut cursor, source, ray) {
+            Err(TraceError::Source(_)) => {
+                let (best, trail) = (cursor.best(), cursor.trail());
+                assert_eq!(trail.block(), missing);
+                stops += 1;
+                tracer.continue_closest(&mut cursor, &mut Resident(blocks), ray, best, &trail)
             }
-        });
-        assert_eq!(all, expected);
+            found => found,
+        };
+        assert_eq!(found, Ok(closest));
         assert_eq!(tracer.closest(&mut cursor, &mut cached, ray), Ok(closest));
     }
     assert!(cached.fetches > 0);
+    assert!(stops > 0 || items.len() < 60, "no ray was stopped below the top");
     batches(tracer, blocks, items, rays);
+}
+
+/// All blocks but one.
+struct Lacks<'a>(Topped<'a>, u32);
+
+impl BlockSource for Lacks<'_> {
+    type Error = NoBlock;
+    fn block(&mut self, block: u32) -> Result<BlockView<'_>, NoBlock> {
+        if block == self.1 { Err(NoBlock(block)) } else { self.0.block(block) }
+    }
+
+    fn top(&self) -> ExpandedTop<'_> {
+        self.0.top()
+    }
+}
+
+/// Every way of asking gives the hits that are expected.
+fn asks(
+    tracer: impl Tracer,
+    cursor: &mut Cursor,
+    source: &mut impl BlockSource<Error = NoBlock>,
+    ray: &Ray,
+    expected: &[Hit],
+) {
+    let closest = expected.first().copied();
+    assert_eq!(tracer.closest(cursor, source, ray), Ok(closest), "{ray:?}");
+    assert_eq!(tracer.any(cursor, source, ray), Ok(closest.is_some()));
+    let mut all: Vec<Hit> = Vec::new();
+    let visit = |hit: &Hit| {
+        all.push(*hit);
+        false
+    };
+    assert_eq!(tracer.every(cursor, source, ray, visit), Ok(()));
+    all.sort_by(|a, b| {
+        if a.is_closer_than(b) {
+            core::cmp::Ordering::Less
+        } else if b.is_closer_than(a) {
+            core::cmp::Ordering::Greater
+        } else {
+            core::cmp::Ordering::Equal
+        }
+    });
+    assert_eq!(all, expected);
 }
 
 /// Batches give what single rays give, from a source that has all and from one that has one.

@@ -1,8 +1,8 @@
-use super::check;
 use super::scenes::{Random, clutter, rays};
 use super::writer::{bounds, write};
-use crate::block::format::Child;
-use crate::block::{BlockView, SPHERES};
+use super::{Room, check};
+use crate::block::format::{Child, Node};
+use crate::block::{BlockView, ExpandedTop, SPHERES};
 use crate::geometry::{Aabb, PreparedRay};
 use crate::trace::{BoxFrame, BoxRay, Lanes, Scalar};
 
@@ -17,41 +17,52 @@ pub(crate) fn enclose(lanes: impl Lanes) {
     for seed in 0..6 {
         let mut random = Random(seed);
         let items = clutter(200, SPHERES, &mut random);
-        let rays = rays(&items, 300, &mut random);
+        let rays = rays(&items, 300, &mut random).into_iter().map(|ray| PreparedRay::new(&ray));
+        let rays: std::vec::Vec<_> = rays.collect();
         let blocks = write(&items, 1 << 12, 4, 99);
         check(&blocks);
-        for block in 0..blocks.count() {
-            let view = BlockView::trusted(blocks.get(block).unwrap());
+        let mut room = Room::new(512);
+        for at in room.grow(&blocks).nodes() {
+            let view = BlockView::trusted(blocks.get(at.block).unwrap());
+            let node = view.node(at.node).unwrap();
             for ray in &rays {
-                let ray = PreparedRay::new(ray);
-                let frame = lanes.frame(&lanes.ray(&ray), view.header());
-                for node in view.nodes() {
-                    let mut near = [f32::NAN; 8];
-                    let all = (f32::NEG_INFINITY, f32::INFINITY);
-                    let mask = lanes.slots(&frame, node, all.0, all.1, &mut near);
-                    for (slot, &child) in node.child.iter().enumerate() {
-                        let Child::Leaf { first, count } = Child::decode(child) else { continue };
-                        for own in own_boxes(&view, first, count) {
-                            let Some(interval) = ray.own_box(&own) else { continue };
-                            assert!(mask >> slot & 1 == 1, "{ray:?} {own:?}");
-                            assert!(
-                                near[slot] <= interval.enter,
-                                "{ray:?} {own:?} {interval:?} {}",
-                                near[slot]
-                            );
-                            // It is still found by a ray that ends or begins at the interval's ends.
-                            for t in [interval.enter, interval.leave] {
-                                let mask = lanes.slots(&frame, node, t, t, &mut [0.0; 8]);
-                                assert!(mask >> slot & 1 == 1);
-                            }
-                            tested += 1;
-                        }
-                    }
-                }
+                let prepared = lanes.ray(ray);
+                let frame = lanes.frame(&prepared, view.header());
+                let slots = |t0, t1, near: &mut _| lanes.slots(&frame, node, t0, t1, near);
+                tested += encloses(ray, &view, node, slots);
+                let frame = lanes.frame(&prepared, &ExpandedTop::FRAME);
+                let slots = |t0, t1, near: &mut _| lanes.expanded_slots(&frame, at, t0, t1, near);
+                tested += encloses(ray, &view, node, slots);
             }
         }
     }
-    assert!(tested > 10_000, "{tested}");
+    assert!(tested > 20_000, "{tested}");
+}
+
+/// Holds the own boxes of a node's leaves against its slots; how many.
+fn encloses(
+    ray: &PreparedRay,
+    view: &BlockView<'_>,
+    node: &Node,
+    slots: impl Fn(f32, f32, &mut [f32; 8]) -> u32,
+) -> usize {
+    let mut tested = 0;
+    let mut near = [f32::NAN; 8];
+    let mask = slots(f32::NEG_INFINITY, f32::INFINITY, &mut near);
+    for (slot, &child) in node.child.iter().enumerate() {
+        let Child::Leaf { first, count } = Child::decode(child) else { continue };
+        for own in own_boxes(view, first, count) {
+            let Some(interval) = ray.own_box(&own) else { continue };
+            assert!(mask >> slot & 1 == 1, "{ray:?} {own:?}");
+            assert!(near[slot] <= interval.enter, "{ray:?} {own:?} {interval:?} {}", near[slot]);
+            // It is still found by a ray that ends or begins at the interval's ends.
+            for t in [interval.enter, interval.leave] {
+                assert!(slots(t, t, &mut [0.0; 8]) >> slot & 1 == 1);
+            }
+            tested += 1;
+        }
+    }
+    tested
 }
 
 fn own_boxes(view: &BlockView<'_>, first: u16, count: u16) -> std::vec::Vec<Aabb> {

@@ -1,16 +1,16 @@
 use super::scenes::{Random, clutter, rays};
-use super::writer::{Blocks, write};
-use super::{Resident, limits};
-use crate::block::{BlockError, BlockView, SPHERES};
+use super::writer::write;
+use super::{Resident, Room, Topped, limits};
+use crate::block::{BlockError, BlockSource, BlockView, ExpandedTop, SPHERES};
 use crate::trace::{Cursor, Scalar, TraceError, Tracer};
 
 /// Traces whatever the bytes say: it must end, without a panic.
-fn trace(blocks: &Blocks, random: &mut Random) {
+fn trace(source: &mut impl BlockSource, random: &mut Random) {
     let mut cursor = Cursor::new();
     for ray in rays(&[], 3, random) {
-        let _ = Scalar.closest(&mut cursor, &mut Resident(blocks), &ray);
-        let _ = Scalar.any(&mut cursor, &mut Resident(blocks), &ray);
-        let _ = Scalar.every(&mut cursor, &mut Resident(blocks), &ray, |_| false);
+        let _ = Scalar.closest(&mut cursor, source, &ray);
+        let _ = Scalar.any(&mut cursor, source, &ray);
+        let _ = Scalar.every(&mut cursor, source, &ray, |_| false);
     }
 }
 
@@ -37,7 +37,7 @@ fn flipped_bits_are_refused_by_the_checksum_and_harmless_without_it() {
         blocks.seal(block);
         let error = BlockView::parse(blocks.get(block).unwrap(), block, &limits(&sound)).err();
         refused += usize::from(error.is_some());
-        trace(&blocks, &mut random);
+        trace(&mut Resident(&blocks), &mut random);
     }
     // Coordinates and boxes may be anything; indices and counts may not.
     assert!(refused > 1000, "{refused}");
@@ -59,7 +59,32 @@ fn random_bytes_are_refused_and_harmless() {
             let bytes = blocks.get(block).unwrap();
             assert!(BlockView::parse(bytes, block, &limits(&sound)).is_err());
         }
-        trace(&blocks, &mut random);
+        trace(&mut Resident(&blocks), &mut random);
+    }
+}
+
+#[test]
+fn any_bytes_are_a_harmless_top() {
+    let mut random = Random(35);
+    let items = clutter(200, SPHERES, &mut random);
+    let blocks = write(&items, 1 << 10, 1, 99);
+    for round in 0..2000 {
+        let mut room = Room::new(1 + random.below(40) as usize);
+        let top = room.grow(&blocks);
+        let len = (top.nodes().len(), top.refs().len());
+        // All of it, or a byte here and there.
+        for bytes in
+            [bytemuck::cast_slice_mut(&mut room.nodes), bytemuck::cast_slice_mut(&mut room.refs)]
+        {
+            let bytes: &mut [u8] = bytes;
+            for byte in bytes {
+                if round % 4 == 0 || random.below(200) == 0 {
+                    *byte = random.bits() as u8;
+                }
+            }
+        }
+        let top = ExpandedTop::new(&room.nodes[..len.0], &room.refs[..len.1]);
+        trace(&mut Topped(&blocks, top), &mut random);
     }
 }
 

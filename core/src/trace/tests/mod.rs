@@ -11,7 +11,10 @@ pub(crate) mod writer;
 
 use std::vec::Vec;
 
-use crate::block::{BlockLimits, BlockSource, BlockView, NoBlock};
+use bytemuck::Zeroable;
+
+use crate::block::format::Ref;
+use crate::block::{BlockLimits, BlockSource, BlockView, ExpandedNode, ExpandedTop, NoBlock};
 use crate::geometry::{Hit, PreparedRay, Primitive, Ray};
 use writer::{Blocks, Item};
 
@@ -26,6 +29,43 @@ impl BlockSource for Resident<'_> {
 
     fn holds_all(&self) -> bool {
         true
+    }
+}
+
+/// All blocks, always, with the top of their tree.
+pub(crate) struct Topped<'a>(pub(crate) &'a Blocks, pub(crate) ExpandedTop<'a>);
+
+impl BlockSource for Topped<'_> {
+    type Error = NoBlock;
+    fn block(&mut self, block: u32) -> Result<BlockView<'_>, NoBlock> {
+        self.0.get(block).map(BlockView::trusted).ok_or(NoBlock(block))
+    }
+
+    fn holds_all(&self) -> bool {
+        true
+    }
+
+    fn top(&self) -> ExpandedTop<'_> {
+        self.1
+    }
+}
+
+/// Room for a top.
+pub(crate) struct Room {
+    pub(crate) nodes: Vec<ExpandedNode>,
+    pub(crate) refs: Vec<Ref>,
+}
+
+impl Room {
+    pub(crate) fn new(nodes: usize) -> Self {
+        Self {
+            nodes: std::vec![ExpandedNode::zeroed(); nodes],
+            refs: std::vec![Ref::zeroed(); ExpandedTop::refs_of(nodes)],
+        }
+    }
+
+    pub(crate) fn grow(&mut self, blocks: &Blocks) -> ExpandedTop<'_> {
+        ExpandedTop::grow(&mut Resident(blocks), &mut self.nodes, &mut self.refs).unwrap()
     }
 }
 

@@ -3,7 +3,7 @@
 use std::cell::Cell;
 
 use kiloray_core::block::format::{BlockHeader, Node, Record};
-use kiloray_core::block::{BlockSource, BlockView, KiloView, NoBlock};
+use kiloray_core::block::{BlockSource, BlockView, Expanded, ExpandedNode, ExpandedTop, NoBlock};
 use kiloray_core::geometry::{PreparedRay, Ray};
 use kiloray_core::trace::{
     Crossings, Cursor, Lanes, Octants, Query, Scalar, Search, TraceError, Tracer, Verdict,
@@ -14,6 +14,7 @@ use crate::Error;
 #[derive(Default)]
 struct Counts {
     nodes: Cell<u64>,
+    expanded: Cell<u64>,
     records: Cell<u64>,
     candidates: Cell<u64>,
     blocks: Cell<u64>,
@@ -50,6 +51,18 @@ impl Lanes for Counting<'_> {
         Scalar.slots(frame, node, t_min, t_max, near)
     }
 
+    fn expanded_slots(
+        self,
+        frame: &Self::Frame,
+        node: &ExpandedNode,
+        t_min: f32,
+        t_max: f32,
+        near: &mut [f32; 8],
+    ) -> u32 {
+        add(&self.0.expanded);
+        Scalar.expanded_slots(frame, node, t_min, t_max, near)
+    }
+
     fn flip(self, octants: &Octants, node: &Node) -> u8 {
         Scalar.flip(octants, node)
     }
@@ -81,21 +94,24 @@ impl Tracer for Counting<'_> {
     }
 }
 
-struct Source<'a>(KiloView<'a>, &'a Counts);
+struct Source<'a>(Expanded<'a>, &'a Counts);
 
 impl BlockSource for Source<'_> {
     type Error = NoBlock;
     fn block(&mut self, block: u32) -> Result<BlockView<'_>, NoBlock> {
         add(&self.1.blocks);
-        self.0.trusted_block(block).ok_or(NoBlock(block))
+        self.0.block(block)
+    }
+    fn top(&self) -> ExpandedTop<'_> {
+        self.0.top()
     }
 }
 
 /// Prints the averages of a set of rays.
-pub(crate) fn print(view: KiloView<'_>, kind: &str, rays: &[Ray]) -> Result<(), Error> {
+pub(crate) fn print(source: Expanded<'_>, kind: &str, rays: &[Ray]) -> Result<(), Error> {
     let counts = Counts::default();
     let lanes = Counting(&counts);
-    let mut source = Source(view, &counts);
+    let mut source = Source(source, &counts);
     let mut cursor = Cursor::new();
     for ray in rays {
         if kind == "shadow" {
@@ -106,8 +122,9 @@ pub(crate) fn print(view: KiloView<'_>, kind: &str, rays: &[Ray]) -> Result<(), 
     }
     let per_ray = |n: &Cell<u64>| n.get() as f64 / rays.len() as f64;
     println!(
-        "per {kind} ray: {:.2} nodes, {:.2} records, {:.2} triangles, {:.2} times a block",
+        "per {kind} ray: {:.2} nodes and {:.2} expanded, {:.2} records, {:.2} triangles, {:.2} times a block",
         per_ray(&counts.nodes),
+        per_ray(&counts.expanded),
         per_ray(&counts.records),
         per_ray(&counts.candidates),
         per_ray(&counts.blocks),

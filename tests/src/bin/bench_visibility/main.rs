@@ -79,18 +79,19 @@ fn run() -> Result<(), Error> {
     let mesh = mesh::read(&ktri)?;
     let options = Options { block_bytes: a.block_bytes };
     let compiled = compile(&mesh, &options, &mut ())?;
-    let len = compiled.bytes().len();
     let sets = rays::read(&file, &compiled.header().frame)?;
+    let scene = trace::Scene::new(compiled.bytes(), &a.work, a.mapped)?;
+    let per_triangle = |bytes: usize| bytes as f64 / mesh.triangles.len() as f64;
     println!(
-        "{}: {} triangles, {} blocks of {} bytes, {:.1} bytes per triangle; lanes {}",
+        "{}: {} triangles, {} blocks of {} bytes, {:.1} bytes per triangle and {:.1} for the top, expanded; lanes {}",
         ktri.display(),
         mesh.triangles.len(),
         compiled.header().blocks,
         a.block_bytes,
-        len as f64 / mesh.triangles.len() as f64,
+        per_triangle(compiled.bytes().len()),
+        per_triangle(scene.top.bytes()),
         kiloray_simd::Auto::detect().name(),
     );
-    let scene = trace::Scene::new(compiled.bytes(), &a.work, a.mapped)?;
     let mut ours = trace::Table::default();
     let mut theirs = embree::Table::default();
     for round in 0..a.rounds {

@@ -4,9 +4,10 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use cpu_time::ThreadTime;
-use kiloray_core::block::KiloView;
+use kiloray_core::block::{Expanded, KiloView};
 use kiloray_core::geometry::Ray;
 use kiloray_core::trace::{BUNDLE, Batch, Bundle, Cursor, Scalar, Tracer};
+use kiloray_render::Top;
 use kiloray_simd::Auto;
 use kiloray_tests::statistics::median;
 use memmap2::{Advice, Mmap, MmapMut};
@@ -18,6 +19,7 @@ use crate::{Error, count, embree};
 pub(crate) struct Scene {
     memory: Memory,
     len: usize,
+    pub(crate) top: Top,
 }
 
 enum Memory {
@@ -42,8 +44,10 @@ impl Scene {
             memory[..bytes.len()].copy_from_slice(bytes);
             Memory::Read(memory)
         };
-        let scene = Self { memory, len: bytes.len() };
-        scene.view()?.check_blocks()?;
+        let mut scene = Self { memory, len: bytes.len(), top: Top::default() };
+        let view = scene.view()?;
+        view.check_blocks()?;
+        scene.top = Top::new(&view);
         Ok(scene)
     }
 
@@ -80,9 +84,10 @@ pub(crate) fn run(
     table: &mut Table,
 ) -> Result<(), Error> {
     let view = scene.view()?;
+    let source = scene.top.over(view);
     for (kind, rays) in &sets.sets {
         if first {
-            count::print(view, kind, rays)?;
+            count::print(source, kind, rays)?;
         }
         let any = *kind == "shadow";
         for (way, ..) in WAYS {
@@ -93,10 +98,10 @@ pub(crate) fn run(
             for warm in 0..=u32::from(first) {
                 let begin = ThreadTime::now();
                 let hits = match way {
-                    "single" => single(Auto::detect(), view, rays, any),
-                    "batch" => batch(Auto::detect(), view, rays, any),
-                    "bundle" => bundle(Auto::detect(), view, rays, any),
-                    _ => single(Scalar, view, rays, any),
+                    "single" => single(Auto::detect(), source, rays, any),
+                    "batch" => batch(Auto::detect(), source, rays, any),
+                    "bundle" => bundle(Auto::detect(), source, rays, any),
+                    _ => single(Scalar, source, rays, any),
                 }?;
                 let seconds = begin.elapsed().as_secs_f64();
                 if warm == u32::from(first) {
@@ -113,7 +118,7 @@ pub(crate) fn run(
 #[inline(never)]
 fn single(
     tracer: impl Tracer,
-    mut view: KiloView<'_>,
+    mut source: Expanded<'_>,
     rays: &[Ray],
     any: bool,
 ) -> Result<u64, Error> {
@@ -121,9 +126,9 @@ fn single(
     let mut hits = 0;
     for ray in rays {
         let hit = if any {
-            tracer.any(&mut cursor, &mut view, ray)?
+            tracer.any(&mut cursor, &mut source, ray)?
         } else {
-            tracer.closest(&mut cursor, &mut view, ray)?.is_some()
+            tracer.closest(&mut cursor, &mut source, ray)?.is_some()
         };
         hits += u64::from(hit);
     }
@@ -133,7 +138,7 @@ fn single(
 #[inline(never)]
 fn batch(
     tracer: impl Tracer,
-    mut view: KiloView<'_>,
+    mut source: Expanded<'_>,
     rays: &[Ray],
     any: bool,
 ) -> Result<u64, Error> {
@@ -142,10 +147,10 @@ fn batch(
     let (mut closest, mut found) = ([None; 1024], [false; 1024]);
     for rays in rays.chunks(1024) {
         if any {
-            tracer.any_batch(&mut room, &mut view, rays, &mut found[..rays.len()])?;
+            tracer.any_batch(&mut room, &mut source, rays, &mut found[..rays.len()])?;
             hits += found[..rays.len()].iter().filter(|found| **found).count();
         } else {
-            tracer.closest_batch(&mut room, &mut view, rays, &mut closest[..rays.len()])?;
+            tracer.closest_batch(&mut room, &mut source, rays, &mut closest[..rays.len()])?;
             hits += closest[..rays.len()].iter().filter(|hit| hit.is_some()).count();
         }
     }
@@ -155,7 +160,7 @@ fn batch(
 #[inline(never)]
 fn bundle(
     tracer: impl Tracer,
-    mut view: KiloView<'_>,
+    mut source: Expanded<'_>,
     rays: &[Ray],
     any: bool,
 ) -> Result<u64, Error> {
@@ -164,10 +169,10 @@ fn bundle(
     let (mut closest, mut found) = ([None; BUNDLE], [false; BUNDLE]);
     for rays in rays.chunks(BUNDLE) {
         if any {
-            tracer.any_bundle(&mut room, &mut view, rays, &mut found[..rays.len()])?;
+            tracer.any_bundle(&mut room, &mut source, rays, &mut found[..rays.len()])?;
             hits += found[..rays.len()].iter().filter(|found| **found).count();
         } else {
-            tracer.closest_bundle(&mut room, &mut view, rays, &mut closest[..rays.len()])?;
+            tracer.closest_bundle(&mut room, &mut source, rays, &mut closest[..rays.len()])?;
             hits += closest[..rays.len()].iter().filter(|hit| hit.is_some()).count();
         }
     }
