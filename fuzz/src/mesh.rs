@@ -42,6 +42,7 @@ pub(crate) fn packets() -> Vec<Vec<u8>> {
         Message::Refusal { to },
         Message::AtWork { to },
         Message::Idle,
+        Message::Gone,
     ];
     let packet = |kind, to: NodeId, lane, messages: &[Message<'_>]| {
         let header = PacketHeader { kind, lane, to: to.0, from: 1, ..PacketHeader::zeroed() };

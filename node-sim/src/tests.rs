@@ -230,6 +230,27 @@ fn a_block_without_a_living_copy_is_named() {
     assert!(lost > 0 && lost < file.view().blocks());
 }
 
+#[test]
+fn a_lost_block_is_named_soon() {
+    let file = scene("glass", 1024);
+    for (shape, nodes, replicas) in [("mesh:3x3", 9, 3), ("ring", 16, 2), ("ring", 64, 2)] {
+        for loss in [Rate { count: 0, of: 1 }, Rate { count: 1, of: 100 }] {
+            let mut options = options(&file, shape, nodes);
+            options.profile = crate::Profile::T800;
+            options.mesh.replicas = replicas;
+            options.faults.loss = loss;
+            let holders = (0..replicas).map(|copy| 4 + copy * nodes as u16 / replicas);
+            options.faults.crashes =
+                holders.map(|node| Crash { node: NodeId(node % nodes as u16), at: 0 }).collect();
+            let layout = crate::pace::layout(&file.view(), &options).expect("a plan");
+            let outcome = run(&file, &options).expect("it runs");
+            assert!(outcome.lost.is_some());
+            let (time, patience) = (outcome.report.virtual_ns, layout.settings.patience.0);
+            assert!(time < 4 * patience, "{shape} {loss:?}: {time} ns, {patience}");
+        }
+    }
+}
+
 /// A mesh in which everything is chosen by chance.
 fn any_options(file: &KiloFile) -> impl Strategy<Value = Options> {
     let view = file.view().views()[0];

@@ -109,7 +109,7 @@ pub struct Kinds {
     pub ray: Kind,
     /// [`Message::Answer`].
     pub answer: Kind,
-    /// [`Message::Refusal`] and [`Message::AtWork`].
+    /// [`Message::Refusal`], [`Message::AtWork`] and [`Message::Gone`].
     pub refusal: Kind,
 }
 
@@ -166,7 +166,7 @@ impl Kinds {
             | Message::Accepted { .. } => &mut self.tile,
             Message::Ray(_) => &mut self.ray,
             Message::Answer { .. } => &mut self.answer,
-            Message::Refusal { .. } | Message::AtWork { .. } => &mut self.refusal,
+            Message::Refusal { .. } | Message::AtWork { .. } | Message::Gone => &mut self.refusal,
         };
         kind.count = kind.count.saturating_add(1);
         kind.bytes = kind.bytes.saturating_add(bytes as u64);

@@ -1,17 +1,19 @@
 use super::actor::SUSPECTS;
 use super::rom::Blocks;
 use super::rules::Rule;
-use super::slots::{FetchSlot, Serve};
+use super::slots::{FetchSlot, RaySlot, Serve, Stage};
 use super::{Node, Time, World};
 use crate::network::NodeId;
 use crate::protocol::Message;
 use crate::store::{Claim, Place};
 use bytemuck::Zeroable;
 
-/// Requests without an answer, for each copy, after which a block counts as lost, and two more for each hop beyond so many: where each link loses
-/// one packet in 100, the other side of a ring of 256 nodes answers one request in thirteen, and none of 255 with a chance of 2e-9.
+/// Requests without an answer, for each holder, after which a block counts as lost, and two more for each hop beyond so many: where each link loses
+/// one packet in 100, the other side of a ring of 256 nodes answers one request in thirteen, and none of 256 with a chance of 2e-9.
 const FETCH_TRIES: u16 = 16;
 const NEAR: u16 = 8;
+/// Its time limits are doubled so often at most.
+const DOUBLINGS: u16 = 5;
 
 impl<W: World> Node<'_, W> {
     /// Sees to it that a block comes: reserves its frame, and asks for it. A request joins one that is under way.
@@ -77,7 +79,8 @@ impl<W: World> Node<'_, W> {
             }
             let offset = fetch.first_missing().saturating_mul(self.piece) as u32;
             let block = fetch.block;
-            let Some(to) = self.owner_for(block, fetch.tries) else {
+            let asked = (fetch.tries > 0).then(|| fetch.asked());
+            let Some(to) = self.owner_for(block, asked, fetch.gone) else {
                 self.lost = Some(block);
                 self.unsent = true;
                 continue;
@@ -86,15 +89,23 @@ impl<W: World> Node<'_, W> {
                 self.unsent = true;
                 break;
             }
-            let limit = self.settings.limit(self.fetch_time).doubled(fetch.tries.min(5));
             fetch.asked = to.0;
             fetch.state = SENT;
-            fetch.deadline = now.after(limit).0;
             if let Some(place) = self.fetches.get_mut(at) {
                 *place = fetch;
             }
-            self.note_deadline(Time(fetch.deadline));
+            self.put_off(at, now);
         }
+    }
+
+    /// Gives a request that was sent its time limit from now on.
+    fn put_off(&mut self, at: usize, now: Time) {
+        let Some(tries) = self.fetches.get(at).map(|fetch| fetch.tries) else { return };
+        let deadline = now.after(self.fetch_limit(tries));
+        if let Some(fetch) = self.fetches.get_mut(at) {
+            fetch.deadline = deadline.0;
+        }
+        self.note_deadline(deadline);
     }
 
     /// All time limits: those that have passed act, the next one is noted.
@@ -111,23 +122,42 @@ impl<W: World> Node<'_, W> {
                 self.note_deadline(Time(fetch.deadline));
                 continue;
             }
+            if fetch.gone == 0 && self.outbox.asks_for(fetch.block, fetch.asked()) {
+                // Nobody has let it wait: it has not left.
+                self.put_off(at, now);
+                continue;
+            }
             self.suspect(fetch.asked());
             self.counts.fetches_again = self.counts.fetches_again.saturating_add(1);
             fetch.tries = fetch.tries.saturating_add(1);
             fetch.again = 1;
             fetch.state = TO_BE_SENT;
             self.unsent = true;
-            let hops = self.router.mesh().distance(self.here, fetch.asked());
-            let tries = FETCH_TRIES.saturating_add(hops.saturating_sub(NEAR).saturating_mul(2));
-            let most = self.settings.placement.copies().saturating_mul(tries);
-            if u16::from(fetch.tries) >= most.min(u8::MAX.into()) {
+            let all_gone = self.owner_for(fetch.block, None, fetch.gone).is_none();
+            if all_gone || fetch.tries >= self.most_tries(fetch.block) {
                 // It goes on asking: who was thought dead may come back.
                 self.lost = Some(fetch.block);
+                fetch.gone = 0;
             }
             if let Some(place) = self.fetches.get_mut(at) {
                 *place = fetch;
             }
         }
+    }
+
+    /// How long an answer is awaited after so many requests in vain: all holders are asked in turn, each time for twice as long.
+    fn fetch_limit(&self, tries: u16) -> Time {
+        let round = tries.checked_div(self.settings.placement.copies()).unwrap_or(0);
+        self.settings.limit(self.fetch_time).doubled(round.min(DOUBLINGS) as u8)
+    }
+
+    /// Requests for a block, to all its holders, after which it counts as lost.
+    fn most_tries(&self, block: u32) -> u16 {
+        let placement = &self.settings.placement;
+        let holders = (0..placement.copies()).filter_map(|copy| placement.owner(block, copy));
+        let hops = holders.map(|holder| self.router.mesh().distance(self.here, holder)).max();
+        let far = hops.unwrap_or(0).saturating_sub(NEAR).saturating_mul(2);
+        placement.copies().saturating_mul(FETCH_TRIES.saturating_add(far))
     }
 
     /// A piece of a block has gone to its frame, or was dropped.
@@ -137,9 +167,9 @@ impl<W: World> Node<'_, W> {
             return;
         };
         self.work.copied = self.work.copied.saturating_add(bytes as u64);
-        let limit = self.settings.limit(self.fetch_time);
+        let limit = self.fetch_limit(0);
         let Some(fetch) = self.fetches.get_mut(at) else { return };
-        fetch.tries = 0;
+        (fetch.tries, fetch.gone) = (0, 0);
         fetch.deadline = now.after(limit).0;
         if !complete {
             return;
@@ -204,32 +234,54 @@ impl<W: World> Node<'_, W> {
         }
     }
 
-    /// The node to ask for a block, or to send a ray to: the nearest copy of those that answer; others in turn after each try.
-    pub(super) fn owner_for(&self, block: u32, tries: u8) -> Option<NodeId> {
+    /// Whether a node is being sent a block, from this offset or one before: a request that was made again brings nothing new. (If
+    /// a piece is lost meanwhile, it asks once more.)
+    pub(super) fn is_served(&self, block: u32, offset: u32, to: NodeId) -> bool {
+        let same = |serve: &Serve| serve.block == block && serve.to == to.0;
+        self.serves.iter().any(|serve| same(serve) && serve.offset <= offset)
+    }
+
+    /// The node to ask for a block, or to send a ray to: the nearest holder of those that answer; where `asked` was asked in vain, the next one
+    /// in turn, so that none is left out however many are suspected. Those that are `gone` are not asked.
+    pub(super) fn owner_for(&self, block: u32, asked: Option<NodeId>, gone: u16) -> Option<NodeId> {
         let placement = &self.settings.placement;
         let copies = placement.copies();
-        if copies <= 1 {
-            return placement.owner(block, 0).filter(|&owner| owner != self.here);
+        let holder = |copy| {
+            let owner = placement.owner(block, copy).filter(|&owner| owner != self.here);
+            owner.filter(|_| gone & copy_bit(copy) == 0)
+        };
+        let after = asked.and_then(|asked| self.copy_of(block, asked));
+        if let Some(after) = after {
+            let behind = after.saturating_add(1);
+            return (behind..copies).chain(0..behind).find_map(holder);
         }
-        let rank = u16::from(tries).checked_rem(copies)?;
-        let mut last = None;
-        let mut chosen = None;
-        // The `rank`th in order, by repeated search: copies are few.
-        for _ in 0..=rank {
-            let mut best: Option<((bool, u16, u16), NodeId)> = None;
-            for copy in 0..copies {
-                let Some(owner) = placement.owner(block, copy) else { continue };
-                let distance = self.router.mesh().distance(self.here, owner);
-                let key = (self.is_suspect(owner), distance, copy);
-                let behind = last.is_none_or(|last| key > last);
-                if owner != self.here && behind && best.is_none_or(|(least, _)| key < least) {
-                    best = Some((key, owner));
-                }
+        (0..copies).filter_map(holder).min_by_key(|&node| {
+            (self.is_suspect(node), self.router.mesh().distance(self.here, node))
+        })
+    }
+
+    /// Which copy of a block a node holds.
+    fn copy_of(&self, block: u32, node: NodeId) -> Option<u16> {
+        let placement = &self.settings.placement;
+        (0..placement.copies()).find(|&copy| placement.owner(block, copy) == Some(node))
+    }
+
+    /// The router of a dead node says so: the time limits of all that was asked of it pass at once.
+    pub(super) fn on_gone(&mut self, node: NodeId, now: Time) {
+        for at in 0..self.fetches.len() {
+            let Some(&fetch) = self.fetches.get(at) else { break };
+            if fetch.state != SENT || fetch.asked() != node {
+                continue;
             }
-            let Some((key, owner)) = best else { break };
-            (last, chosen) = (Some(key), Some(owner));
+            let gone = self.copy_of(fetch.block, node).map_or(0, copy_bit);
+            if let Some(fetch) = self.fetches.get_mut(at) {
+                fetch.deadline = now.0;
+                fetch.gone |= gone;
+            }
         }
-        chosen
+        let sent = |slot: &&mut RaySlot| slot.stage() == Stage::Away && slot.sent_to == node.0;
+        self.rays.iter_mut().filter(sent).for_each(|slot| slot.limit = 0);
+        self.note_deadline(now);
     }
 
     /// A node has let a request wait in vain.
@@ -253,6 +305,11 @@ impl<W: World> Node<'_, W> {
         const { assert!(SUSPECTS > 0) };
         self.suspects.contains(&node.0)
     }
+}
+
+/// The bit of a copy; none of those beyond the first sixteen.
+fn copy_bit(copy: u16) -> u16 {
+    1_u16.checked_shl(copy.into()).unwrap_or(0)
 }
 
 /// What became of a piece of a block.

@@ -97,6 +97,10 @@ impl<W: World> Node<'_, W> {
                 self.on_grant(number, (first, count), wait, now);
             }
             Message::Accepted { tile } => self.on_accepted(tile),
+            Message::Gone => {
+                self.on_gone(from, now);
+                return Some(used);
+            }
             _ => self.note_unasked(),
         }
         self.clear(from);
@@ -119,7 +123,9 @@ impl<W: World> Node<'_, W> {
     pub(super) fn can_answer(&self) -> bool {
         let rest = self.inbox.get(self.inbox_at..self.inbox_len).unwrap_or_default();
         match Items::new(rest).next() {
-            Some(Message::Fetch { .. }) => !self.serves.is_full(),
+            Some(Message::Fetch { block, offset }) => {
+                !self.serves.is_full() || self.is_served(block, offset, self.inbox_from)
+            }
             _ => self.outbox.has_room(&self.router, Channel::Reply),
         }
     }
@@ -152,6 +158,7 @@ impl<W: World> Node<'_, W> {
         self.quiet = 0;
         let from = self.inbox_from;
         match message {
+            Message::Fetch { block, offset } if self.is_served(block, offset, from) => {}
             Message::Fetch { block, offset } => {
                 let known = self.blocks.rom.holds(block) && (offset as usize).is_multiple_of(4);
                 let serve = Serve { block, offset, to: from.0, _zero: 0 };

@@ -1,6 +1,6 @@
 use super::{Counts, Time, Work};
 use crate::network::{Channel, NodeId, Router};
-use crate::protocol::{Message, write};
+use crate::protocol::{Items, Message, write};
 use bytemuck::{Pod, Zeroable};
 
 /// Open bundles of messages: those of one destination, channel and priority leave in one packet.
@@ -119,6 +119,19 @@ impl<'a> Outbox<'a> {
                 self.send(router, at, counts, work);
             }
         }
+    }
+
+    /// Whether a request for a block to this node waits here still.
+    pub(super) fn asks_for(&self, block: u32, to: NodeId) -> bool {
+        let asks =
+            |message| matches!(message, Message::Fetch { block: asked, .. } if asked == block);
+        self.open.iter().zip(0_usize..).any(|(open, at)| {
+            let bundle = self.bytes.get(at.saturating_mul(self.payload)..);
+            let bundle = bundle.and_then(|bytes| bytes.get(..usize::from(open.len)));
+            open.is(Channel::Request)
+                && open.to == to.0
+                && Items::new(bundle.unwrap_or_default()).any(asks)
+        })
     }
 
     pub(super) fn is_empty(&self) -> bool {

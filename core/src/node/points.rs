@@ -18,7 +18,7 @@ impl<W: World> Node<'_, W> {
             && slot.ray.task() == Task::Path
             && slot.home == 0
             && !self.blocks.rom.holds(block)
-            && self.owner_for(block, 0).is_some()
+            && self.owner_for(block, None, 0).is_some()
             && !self.world.passes_on(point)
     }
 

@@ -151,8 +151,7 @@ impl<W: World> Node<'_, W> {
             }
             Traced::Missing(block) => {
                 let migrates = self.settings.schedule.migrates(Self::kind(&slot.ray));
-                let goes =
-                    migrates && slot.home == 0 && self.owner_for(block, slot.tries).is_some();
+                let goes = migrates && slot.home == 0 && self.owner_for(block, None, 0).is_some();
                 slot.set_stage(if goes { Stage::Send } else { Stage::Blocked });
                 self.put(number, *slot);
                 if !goes {
@@ -262,10 +261,12 @@ impl<W: World> Node<'_, W> {
     pub(super) fn send(&mut self, number: u16, mut slot: RaySlot, now: Time) -> bool {
         let trail = slot.trail();
         let only_lights = slot.ray.task() == Task::Lights;
+        let sent_to = NodeId(slot.sent_to);
+        let asked = (slot.tries > 0).then_some(sent_to);
         let to = match slot.ray.task() {
-            Task::Lights => Some(NodeId(slot.sent_to)),
-            Task::Hit => self.owner_for(slot.best.block(), slot.tries),
-            Task::Path | Task::Shadow => self.owner_for(trail.block(), slot.tries),
+            Task::Lights => Some(sent_to),
+            Task::Hit => self.owner_for(slot.best.block(), asked, 0),
+            Task::Path | Task::Shadow => self.owner_for(trail.block(), asked, 0),
         };
         let Some(to) = to else {
             slot.run_at_home();

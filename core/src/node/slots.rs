@@ -207,12 +207,13 @@ pub(super) struct FetchSlot {
     pub(super) deadline: u64,
     pub(super) asked: u16,
     /// Requests without any piece since.
-    pub(super) tries: u8,
+    pub(super) tries: u16,
     /// 0 free, 1 to be sent, 2 sent, 3 complete and to be checked.
     pub(super) state: u8,
     /// It was asked for more than once.
     pub(super) again: u8,
-    pub(super) _zero: [u8; 3],
+    /// Holders that are dead, by their routers: a bit for each of the first copies.
+    pub(super) gone: u16,
 }
 
 impl FetchSlot {

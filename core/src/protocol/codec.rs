@@ -33,6 +33,7 @@ const ANSWER: u8 = 9;
 const REFUSAL: u8 = 10;
 const AT_WORK: u8 = 11;
 const IDLE: u8 = 12;
+const GONE: u8 = 13;
 
 /// Writes a message behind the first `len` bytes of `out`: the new length, or `None` if there is no room.
 #[must_use]
@@ -59,6 +60,7 @@ pub fn write(out: &mut [u8], len: usize, message: &Message<'_>) -> Option<usize>
         Message::Refusal { to } => (REFUSAL, bytes_of(to), &[]),
         Message::AtWork { to } => (AT_WORK, bytes_of(to), &[]),
         Message::Idle => (IDLE, &[], &[]),
+        Message::Gone => (GONE, &[], &[]),
     };
     put(out, len, kind, fields, rest)
 }
@@ -159,6 +161,7 @@ fn read<'a>(rest: &mut &'a [u8]) -> Option<Message<'a>> {
         REFUSAL => Message::Refusal { to: take(body)? },
         AT_WORK => Message::AtWork { to: take(body)? },
         IDLE => Message::Idle,
+        GONE => Message::Gone,
         _ => return None,
     };
     body.is_empty().then_some(message)

@@ -136,6 +136,8 @@ pub enum Message<'a> {
         /// Who waits.
         to: ReturnAddress,
     },
+    /// The node that was asked is dead: its router says so in its name.
+    Gone,
 }
 
 impl Message<'_> {
@@ -154,7 +156,8 @@ impl Message<'_> {
             | Self::Accepted { .. }
             | Self::Answer { .. }
             | Self::Refusal { .. }
-            | Self::AtWork { .. } => Channel::Reply,
+            | Self::AtWork { .. }
+            | Self::Gone => Channel::Reply,
         }
     }
 
@@ -162,7 +165,7 @@ impl Message<'_> {
     #[must_use]
     pub const fn priority(&self) -> u8 {
         match self {
-            Self::Fetch { .. } | Self::Lost { .. } => 1,
+            Self::Fetch { .. } | Self::Lost { .. } | Self::Gone => 1,
             Self::Part { .. } => 2,
             Self::Ask { .. }
             | Self::Idle

@@ -26,8 +26,11 @@ pub(crate) use actor::Actor;
 
 use clock::{Phase, PlaceState};
 use event::{Event, EventQueue};
-use kiloray_core::network::{HOST, Mesh, NodeId, PacketHeader, Port, Received, Router};
+use kiloray_core::network::{
+    Channel, HOST, Lane, Mesh, NodeId, PacketHeader, Port, Received, Router,
+};
 use kiloray_core::node::{Lack, Next, Time};
+use kiloray_core::protocol::{Item, Message, write};
 use link::Links;
 use packets::Packets;
 use std::marker::PhantomData;
@@ -200,6 +203,8 @@ impl<'m, N: Actor<'m>, H: Actor<'m>> Run<'m, N, H> {
         let bytes = packets.get(packet);
         let (header, payload) = PacketHeader::split(bytes).expect("routers send good packets");
         let passes = header.kind == PacketHeader::DATA && header.to() != here;
+        let asks = Lane::from_u8(header.lane).is_some_and(|l| l.channel() == Channel::Request);
+        let sender = header.from();
         let received = if passes {
             router.receive(port, &packets.ticket(packet), |_| false)
         } else {
@@ -215,10 +220,24 @@ impl<'m, N: Actor<'m>, H: Actor<'m>> Run<'m, N, H> {
         match received {
             Received::Control | Received::Buffered => {}
             Received::Stale => self.faults.stale += 1,
-            Received::Dead => self.faults.for_the_dead += 1,
+            Received::Dead => {
+                self.faults.for_the_dead += 1;
+                if asks {
+                    self.tell_gone(place, sender);
+                }
+            }
             Received::Bad => debug_assert!(false, "routers send good packets"),
         }
         self.serve(place);
+    }
+
+    /// The router of a dead node tells who has asked it, if there is room: who hears nothing asks again.
+    fn tell_gone(&mut self, place: u32, sender: NodeId) {
+        let mut payload = [0; Item::BYTES];
+        if write(&mut payload, 0, &Message::Gone).is_some() {
+            let (channel, priority) = (Message::Gone.channel(), Message::Gone.priority());
+            let _ = self.router(place).inject(sender, channel, priority, &payload);
+        }
     }
 
     /// Sends what can leave a place, and tells its actor of what it can consume.

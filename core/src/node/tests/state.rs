@@ -56,7 +56,9 @@ impl<W: World> Node<'_, W> {
                 slot.refusals = slot.refusals.min(most);
             } else {
                 slot.limit = 0;
-                if slot.ray.task() != Task::Lights || slot.stage() != Stage::Send {
+                let lights = slot.ray.task() == Task::Lights && slot.stage() == Stage::Send;
+                let again = slot.tries > 0 && self.settings.placement.copies() > 1;
+                if !lights && !again {
                     slot.sent_to = 0;
                 }
             }

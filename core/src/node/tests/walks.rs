@@ -1,8 +1,11 @@
 //! Runs in which a seed chooses what happens next, with time.
 
+use super::super::Time;
 use super::mesh::{Action, Setup, World, memory};
 use super::toy::{NO_ENDS, Toy};
 use super::{POINTS, SCHEDULES, Schedule};
+use crate::network::{Channel, NodeId, Port};
+use crate::protocol::{Message, write};
 
 fn setup(topology: (&str, u32), schedule: Schedule) -> Setup {
     let toy = Toy {
@@ -85,6 +88,98 @@ fn a_dead_node_costs_time_only_while_its_blocks_live_elsewhere() {
             run(&setup, seed, 0, 0, Some((1 + (seed % 3) as u16, 40 * seed as u32)));
         }
     }
+}
+
+#[test]
+fn a_block_whose_holders_are_dead_is_named_within_a_few_time_limits() {
+    for (schedule, replicas) in SCHEDULES.into_iter().flat_map(|s| [(s, 1), (s, 2)]) {
+        for seed in 0..5 {
+            let setup = Setup { replicas, ..setup(("ring", 4), schedule) };
+            let (mut chunks, blocks) = memory(&setup);
+            let mut world = World::new(&setup, &mut chunks, &blocks);
+            let mut random = fastrand::Rng::with_seed(seed);
+            // Between them they hold all copies of what lies with either.
+            world.act(Action::Crash(1));
+            world.act(Action::Crash(3));
+            while world.lost.is_none() {
+                let actions = world.actions();
+                world.act(actions[random.usize(..actions.len())]);
+            }
+            let patience = world.nodes[0].settings.patience;
+            assert!(
+                world.now.0 < 4 * patience.0,
+                "{schedule:?} {replicas} {seed}: {:?}",
+                world.now
+            );
+        }
+    }
+}
+
+#[test]
+fn after_a_request_in_vain_the_other_holder_is_asked() {
+    let setup = Setup { replicas: 2, ..setup(("ring", 4), Schedule::Demand) };
+    let (mut chunks, blocks) = memory(&setup);
+    let mut world = World::new(&setup, &mut chunks, &blocks);
+    let (placement, node) = (setup.placement(), &mut world.nodes[0]);
+    let [a, b] = [0, 1].map(|copy| placement.owner(6, copy).unwrap());
+    let near = node.owner_for(6, None, 0).unwrap();
+    let far = if near == a { b } else { a };
+    node.suspect(near);
+    assert_eq!(node.owner_for(6, None, 0), Some(far));
+    assert_eq!(node.owner_for(6, Some(near), 0), Some(far));
+    assert_eq!(node.owner_for(6, Some(far), 0), Some(near), "though it is suspected");
+    assert_eq!(node.owner_for(6, Some(near), 0b01), Some(b), "the first copy is gone");
+    assert_eq!(node.owner_for(6, Some(near), 0b11), None);
+}
+
+#[test]
+fn who_asks_again_gets_a_block_once() {
+    let setup = Setup { fused: true, ..setup(("line", 2), Schedule::Demand) };
+    let (mut chunks, blocks) = memory(&setup);
+    let mut world = World::new(&setup, &mut chunks, &blocks);
+    let block = (0..).find(|&b| setup.placement().owner(b, 0) == Some(NodeId(1))).unwrap();
+    let (mut requests, mut len) = ([0; 256], 0);
+    for _ in 0..3 {
+        len = write(&mut requests, len, &Message::Fetch { block, offset: 0 }).unwrap();
+    }
+    world.router(0).inject(NodeId(1), Channel::Request, 1, &requests[..len]).unwrap();
+    let there = (0..4).find(|&port| world.router(0).would_transmit(Port(port))).unwrap();
+    world.act(Action::Hop(0, there));
+    for _ in 0..100 {
+        world.act(Action::Poll(1));
+        for port in 0..4 {
+            if world.router(1).would_transmit(Port(port)) {
+                world.act(Action::Hop(1, port));
+            }
+        }
+        for channel in Channel::ALL {
+            world.router(0).consume(channel);
+        }
+    }
+    let (node, sent) = (&world.nodes[1], world.nodes[1].counts.sent.part.count);
+    assert!(node.serves.is_empty() && node.outbox.is_empty());
+    assert_eq!(sent, setup.toy.block_bytes.div_ceil(node.piece) as u64);
+}
+
+#[test]
+fn a_request_that_has_not_left_is_not_made_again() {
+    let setup = setup(("line", 2), Schedule::Demand);
+    let (mut chunks, blocks) = memory(&setup);
+    let mut world = World::new(&setup, &mut chunks, &blocks);
+    let block = (0..).find(|&b| setup.placement().owner(b, 0) == Some(NodeId(1))).unwrap();
+    // Nothing leaves node 0: its own queue fills, then its bundles.
+    while world.router(0).room(Channel::Request) > 0 {
+        world.router(0).inject(NodeId(1), Channel::Request, 1, &[]).unwrap();
+    }
+    let node = &mut world.nodes[0];
+    node.want(block, Time(0));
+    for hour in 0..100 {
+        let now = Time(hour << 42);
+        node.send_fetches(now);
+        node.deadlines(now);
+    }
+    assert_eq!((node.counts.fetches_again, node.lost), (0, None));
+    assert!(node.outbox.asks_for(block, NodeId(1)));
 }
 
 #[test]

@@ -16,6 +16,7 @@ fn message() -> Message<'static> {
         1 => Message::Part { block: any(), offset: any(), bytes: any_bytes() },
         2 => Message::Ask { number: any(), count: any() },
         12 => Message::Idle,
+        13 => Message::Gone,
         3 => Message::Grant { number: any(), first: any(), count: any(), wait: any() },
         4 => Message::Pixels { tile: any(), first: any(), sums: any_bytes() },
         5 => Message::Accepted { tile: any() },
