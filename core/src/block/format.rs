@@ -51,7 +51,8 @@
 //! A [`Record`] is up to four primitives of one material: byte triples of vertex indices, relative to
 //! `base`. A triple of three equal bytes is an unused place, and comes last. With [`RECORD_SPHERES`]
 //! set in `base` the triple of a sphere is: its centre; a vertex `(radius, 0, 0)`, or
-//! `(radius, 1, 0)` for one that faces inward; and any third value.
+//! `(radius, 1, 0)` for one that faces inward; and any third value, as long as not all three are equal. (The compiler's last zero is
+//! negative, and centres have none, so that the two are never one vertex.)
 //!
 //! # The file
 //!

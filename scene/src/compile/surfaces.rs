@@ -100,7 +100,9 @@ impl Surfaces {
             surfaces.error = surfaces.error.max(off + off_radius);
             let inward = if sphere.inward { 1.0 } else { 0.0 };
             let center = merged.insert((stored.to_array().map(bits), octahedral::NONE));
-            let shape = merged.insert(([radius, inward, 0.0].map(bits), octahedral::NONE));
+            // No position has this zero: where all three corners are the same, the place counts as unused.
+            let shape = [radius, inward, -0.0].map(f32::to_bits);
+            let shape = merged.insert((shape, octahedral::NONE));
             surfaces.spheres += 1;
             let group = u32::from(sphere.material) | GROUP_SPHERE;
             surfaces.push(group, [center, shape, center], Aabb::of_sphere(stored, radius));

@@ -10,7 +10,7 @@ use glam::DVec3;
 use oracle::check;
 
 use super::{Options, compile};
-use crate::model::Model;
+use crate::model::{Material, Model, Sphere};
 
 const SIZES: [usize; 7] = [1 << 10, 2 << 10, 4 << 10, 8 << 10, 16 << 10, 32 << 10, 64 << 10];
 
@@ -36,6 +36,24 @@ fn one_triangle_is_one_block() {
     let compiled = compile(&model, &Options::default(), &mut ()).unwrap();
     assert_eq!(compiled.header().blocks, 1);
     assert_eq!(compiled.stats.nodes, 1);
+}
+
+#[test]
+fn a_sphere_whose_centre_reads_like_its_radius_survives() {
+    let sphere = |x, y, radius, inward| Sphere {
+        center: DVec3::new(x, y, 0.0),
+        radius,
+        material: 0,
+        inward,
+    };
+    let tiny = 2f64.powi(-60);
+    // The frame is [-1, 1]: the second centre is what blocks hold of the radius.
+    for spheres in [
+        vec![sphere(-0.5, 0.0, 0.5, false), sphere(0.5, 0.0, 0.5, false)],
+        vec![sphere(0.0, 0.0, 1.0, false), sphere(tiny, 1.0, tiny, true)],
+    ] {
+        check_all(&Model { spheres, materials: vec![Material::default()], ..Model::default() });
+    }
 }
 
 #[test]

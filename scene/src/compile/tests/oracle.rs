@@ -156,7 +156,7 @@ fn expected(model: &Model, view: &KiloView<'_>) -> BTreeMap<Found, u64> {
     }
     for s in &model.spheres {
         let radius = (s.radius * scale) as f32;
-        let shape = bits(Vec3::new(radius, if s.inward { 1.0 } else { 0.0 }, 0.0));
+        let shape = [radius, if s.inward { 1.0 } else { 0.0 }, -0.0].map(f32::to_bits);
         let center = bits(place(s.center));
         if radius > 0.0 {
             found.push((s.material, true, [center, shape, center], [0; 3]));
