@@ -24,11 +24,7 @@ impl Top {
     #[must_use]
     pub fn new(file: &KiloView<'_>) -> Self {
         let bytes = file.limits().block_bytes.saturating_mul(file.blocks() as usize);
-        Self::of(file, (bytes / BLOCK_BYTES_PER_NODE).clamp(NODES_MIN, NODES_MAX))
-    }
-
-    /// The top with so many nodes.
-    fn of(file: &KiloView<'_>, nodes: usize) -> Self {
+        let nodes = (bytes / BLOCK_BYTES_PER_NODE).clamp(NODES_MIN, NODES_MAX);
         let mut source = *file;
         let mut top = Self {
             nodes: vec![bytemuck::Zeroable::zeroed(); nodes],

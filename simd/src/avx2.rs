@@ -112,21 +112,9 @@ impl Lanes for Avx2 {
                 let q = _mm_loadu_si128(bytes.add(offset).cast());
                 _mm256_cvtepi32_ps(_mm256_cvtepu16_epi32(q))
             };
-            let ix = _mm256_broadcast_ss(&frame.inv[0]);
-            let iy = _mm256_broadcast_ss(&frame.inv[1]);
-            let iz = _mm256_broadcast_ss(&frame.inv[2]);
-            let x0 = _mm256_fmadd_ps(bounds(fx), ix, _mm256_broadcast_ss(&frame.near[0]));
-            let y0 = _mm256_fmadd_ps(bounds(fy), iy, _mm256_broadcast_ss(&frame.near[1]));
-            let z0 = _mm256_fmadd_ps(bounds(fz), iz, _mm256_broadcast_ss(&frame.near[2]));
-            let x1 = _mm256_fmadd_ps(bounds(48 - fx), ix, _mm256_broadcast_ss(&frame.far[0]));
-            let y1 = _mm256_fmadd_ps(bounds(80 - fy), iy, _mm256_broadcast_ss(&frame.far[1]));
-            let z1 = _mm256_fmadd_ps(bounds(112 - fz), iz, _mm256_broadcast_ss(&frame.far[2]));
-            let enter =
-                _mm256_max_ps(_mm256_max_ps(x0, y0), _mm256_max_ps(z0, _mm256_set1_ps(t_min)));
-            let leave =
-                _mm256_min_ps(_mm256_min_ps(x1, y1), _mm256_min_ps(z1, _mm256_set1_ps(t_max)));
-            _mm256_storeu_ps(near.as_mut_ptr(), enter);
-            _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LE_OQ>(enter, leave)) as u32
+            let first = [bounds(fx), bounds(fy), bounds(fz)];
+            let last = [bounds(48 - fx), bounds(80 - fy), bounds(112 - fz)];
+            met(frame, first, last, t_min, t_max, near)
         }
     }
 
@@ -140,27 +128,14 @@ impl Lanes for Avx2 {
         near: &mut [f32; 8],
     ) -> u32 {
         let bytes = core::ptr::from_ref(node).cast::<u8>();
-
         let [fx, fy, fz] = frame.first.map(|offset| 2 * offset as usize);
-        // SAFETY: a value of Avx2 exists, so the machine has AVX2 and FMA. Offsets are 0, 16 or 32, or 48 more, by
-        // the only constructor of Frame: sixteen bytes from there lie in the 96 bytes of bounds.
+        // SAFETY: as above; bounds are twice as long: 32 bytes from twice those offsets lie in their 192, and are aligned as the
+        // node is.
         unsafe {
             let bounds = |offset: usize| _mm256_load_ps(bytes.add(offset).cast());
-            let ix = _mm256_broadcast_ss(&frame.inv[0]);
-            let iy = _mm256_broadcast_ss(&frame.inv[1]);
-            let iz = _mm256_broadcast_ss(&frame.inv[2]);
-            let x0 = _mm256_fmadd_ps(bounds(fx), ix, _mm256_broadcast_ss(&frame.near[0]));
-            let y0 = _mm256_fmadd_ps(bounds(fy), iy, _mm256_broadcast_ss(&frame.near[1]));
-            let z0 = _mm256_fmadd_ps(bounds(fz), iz, _mm256_broadcast_ss(&frame.near[2]));
-            let x1 = _mm256_fmadd_ps(bounds(96 - fx), ix, _mm256_broadcast_ss(&frame.far[0]));
-            let y1 = _mm256_fmadd_ps(bounds(160 - fy), iy, _mm256_broadcast_ss(&frame.far[1]));
-            let z1 = _mm256_fmadd_ps(bounds(224 - fz), iz, _mm256_broadcast_ss(&frame.far[2]));
-            let enter =
-                _mm256_max_ps(_mm256_max_ps(x0, y0), _mm256_max_ps(z0, _mm256_set1_ps(t_min)));
-            let leave =
-                _mm256_min_ps(_mm256_min_ps(x1, y1), _mm256_min_ps(z1, _mm256_set1_ps(t_max)));
-            _mm256_storeu_ps(near.as_mut_ptr(), enter);
-            _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LE_OQ>(enter, leave)) as u32
+            let first = [bounds(fx), bounds(fy), bounds(fz)];
+            let last = [bounds(96 - fx), bounds(160 - fy), bounds(224 - fz)];
+            met(frame, first, last, t_min, t_max, near)
         }
     }
 
@@ -223,4 +198,35 @@ fn in_place(frame: &Frame) -> &Frame {
     }
     // SAFETY: the reference that came in.
     unsafe { &*place }
+}
+
+/// The slots of eight boxes that a ray meets, of bounds in the order in which it meets them by axis, and where it enters them.
+///
+/// # Safety
+/// The machine has AVX2 and FMA.
+#[inline(always)]
+unsafe fn met(
+    frame: &Frame,
+    [x0, y0, z0]: [__m256; 3],
+    [x1, y1, z1]: [__m256; 3],
+    t_min: f32,
+    t_max: f32,
+    near: &mut [f32; 8],
+) -> u32 {
+    // SAFETY: the caller's; the store is of eight f32.
+    unsafe {
+        let ix = _mm256_broadcast_ss(&frame.inv[0]);
+        let iy = _mm256_broadcast_ss(&frame.inv[1]);
+        let iz = _mm256_broadcast_ss(&frame.inv[2]);
+        let x0 = _mm256_fmadd_ps(x0, ix, _mm256_broadcast_ss(&frame.near[0]));
+        let y0 = _mm256_fmadd_ps(y0, iy, _mm256_broadcast_ss(&frame.near[1]));
+        let z0 = _mm256_fmadd_ps(z0, iz, _mm256_broadcast_ss(&frame.near[2]));
+        let x1 = _mm256_fmadd_ps(x1, ix, _mm256_broadcast_ss(&frame.far[0]));
+        let y1 = _mm256_fmadd_ps(y1, iy, _mm256_broadcast_ss(&frame.far[1]));
+        let z1 = _mm256_fmadd_ps(z1, iz, _mm256_broadcast_ss(&frame.far[2]));
+        let enter = _mm256_max_ps(_mm256_max_ps(x0, y0), _mm256_max_ps(z0, _mm256_set1_ps(t_min)));
+        let leave = _mm256_min_ps(_mm256_min_ps(x1, y1), _mm256_min_ps(z1, _mm256_set1_ps(t_max)));
+        _mm256_storeu_ps(near.as_mut_ptr(), enter);
+        _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LE_OQ>(enter, leave)) as u32
+    }
 }

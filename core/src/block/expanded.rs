@@ -158,7 +158,7 @@ impl Growing<'_> {
     /// A node of a block in scene coordinates, its children queued as nodes of the top while there is room.
     fn expanded(&mut self, view: &BlockView<'_>, node: &Node) -> ExpandedNode {
         let BlockHeader { origin, scale, .. } = *view.header();
-        let mut to = ExpandedNode::zeroed();
+        let mut to = ExpandedNode { axes: node.axis_code(), ..ExpandedNode::zeroed() };
         for (to, from) in [(&mut to.lo, &node.lo), (&mut to.hi, &node.hi)] {
             for (((to, from), origin), scale) in to.iter_mut().zip(from).zip(origin).zip(scale) {
                 for (to, &q) in to.iter_mut().zip(from) {
@@ -167,19 +167,16 @@ impl Growing<'_> {
                 }
             }
         }
-        for (slot, (to_child, &bits)) in to.child.iter_mut().zip(&node.child).enumerate() {
-            if slot < 6 {
-                to.axes |= ((bits >> 15) as u8) << slot;
-            }
-            *to_child = self.child(view, bits & !REF);
+        for (to, &bits) in to.child.iter_mut().zip(&node.child) {
+            *to = self.child(view, Child::decode(bits));
         }
         to
     }
 
-    fn child(&mut self, view: &BlockView<'_>, bits: u16) -> u16 {
-        let to = match Child::decode(bits) {
+    fn child(&mut self, view: &BlockView<'_>, child: Child) -> u16 {
+        let to = match child {
             Child::Empty => None,
-            Child::Leaf { .. } => self.push_ref(view.number(), bits),
+            Child::Leaf { .. } => self.push_ref(view.number(), child),
             Child::Node(node) => self.push(view.number(), node),
             Child::Ref(index) => view.reference(index).and_then(|to| self.push(to.block, to.node)),
         };
@@ -187,7 +184,7 @@ impl Growing<'_> {
     }
 
     fn push(&mut self, block: u32, node: u16) -> Option<u16> {
-        self.push_node(block, node).or_else(|| self.push_ref(block, Child::Node(node).encode()))
+        self.push_node(block, node).or_else(|| self.push_ref(block, Child::Node(node)))
     }
 
     fn push_node(&mut self, block: u32, node: u16) -> Option<u16> {
@@ -197,9 +194,9 @@ impl Growing<'_> {
         Some(index as u16)
     }
 
-    fn push_ref(&mut self, block: u32, node: u16) -> Option<u16> {
+    fn push_ref(&mut self, block: u32, child: Child) -> Option<u16> {
         let index = self.len.1;
-        *self.refs.get_mut(index)? = Ref { block, node, _zero: 0 };
+        *self.refs.get_mut(index)? = Ref { block, node: child.encode(), _zero: 0 };
         self.len.1 += 1;
         Some(REF | index as u16)
     }

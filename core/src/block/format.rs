@@ -210,6 +210,15 @@ impl Node {
         }
     }
 
+    /// The axis bits of the first six slots, slot 0 lowest.
+    #[inline(always)]
+    #[must_use]
+    pub const fn axis_code(&self) -> u8 {
+        let [c0, c1, c2, c3, c4, c5, ..] = self.child;
+        let code = c0 >> 15 | c1 >> 15 << 1 | c2 >> 15 << 2 | c3 >> 15 << 3 | c4 >> 15 << 4;
+        (code | c5 >> 15 << 5) as u8
+    }
+
     /// The three split axes, 0 to 2 each; an undefined code reads as z.
     #[must_use]
     pub fn axes(&self) -> [u8; 3] {

@@ -3,8 +3,8 @@ use super::rom::Blocks;
 use super::rules::Rule;
 use super::slots::{FetchSlot, RaySlot, Serve, Stage};
 use super::{Node, Time, World};
-use crate::network::NodeId;
-use crate::protocol::Message;
+use crate::network::{NodeId, Router};
+use crate::protocol::{Item, Message, write};
 use crate::store::{Claim, Place};
 use bytemuck::Zeroable;
 
@@ -304,6 +304,15 @@ impl<W: World> Node<'_, W> {
     fn is_suspect(&self, node: NodeId) -> bool {
         const { assert!(SUSPECTS > 0) };
         self.suspects.contains(&node.0)
+    }
+}
+
+/// The router of a dead node tells who has asked it, if there is room: who hears nothing asks again.
+pub fn tell_gone(router: &mut Router<'_>, asked_by: NodeId) {
+    let mut payload = [0; Item::BYTES];
+    if write(&mut payload, 0, &Message::Gone).is_some() {
+        let (channel, priority) = (Message::Gone.channel(), Message::Gone.priority());
+        let _ = router.inject(asked_by, channel, priority, &payload);
     }
 }
 

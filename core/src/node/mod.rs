@@ -63,6 +63,7 @@ mod world;
 
 pub use actor::Node;
 pub use counts::{Counts, Kind, Kinds};
+pub use fetch::tell_gone;
 pub use placement::{Dealing, Placement};
 pub use plan::{NodeNeeds, NodePlan};
 pub use rom::{Missing, Rom};

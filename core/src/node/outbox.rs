@@ -125,12 +125,10 @@ impl<'a> Outbox<'a> {
     pub(super) fn asks_for(&self, block: u32, to: NodeId) -> bool {
         let asks =
             |message| matches!(message, Message::Fetch { block: asked, .. } if asked == block);
-        self.open.iter().zip(0_usize..).any(|(open, at)| {
-            let bundle = self.bytes.get(at.saturating_mul(self.payload)..);
-            let bundle = bundle.and_then(|bytes| bytes.get(..usize::from(open.len)));
+        self.open.iter().enumerate().any(|(at, open)| {
             open.is(Channel::Request)
                 && open.to == to.0
-                && Items::new(bundle.unwrap_or_default()).any(asks)
+                && Items::new(self.bundle(at).unwrap_or_default()).any(asks)
         })
     }
 
@@ -179,16 +177,21 @@ impl<'a> Outbox<'a> {
     }
 
     fn send(&mut self, router: &mut Router<'_>, at: usize, counts: &mut Counts, work: &mut Work) {
-        let Some(open) = self.open.get_mut(at) else { return };
+        let Some((&open, bytes)) = self.open.get(at).zip(self.bundle(at)) else { return };
         let channel = if open.is(Channel::Request) { Channel::Request } else { Channel::Reply };
-        let begin = at.saturating_mul(self.payload);
-        let bytes = self.bytes.get(begin..).and_then(|bytes| bytes.get(..usize::from(open.len)));
-        let Some(bytes) = bytes else { return };
         if router.inject(NodeId(open.to), channel, open.priority, bytes).is_ok() {
             counts.packets = counts.packets.saturating_add(1);
             work.copied = work.copied.saturating_add(bytes.len() as u64);
-            *open = Open::zeroed();
+            if let Some(open) = self.open.get_mut(at) {
+                *open = Open::zeroed();
+            }
         }
+    }
+
+    /// The messages of a bundle.
+    fn bundle(&self, at: usize) -> Option<&[u8]> {
+        let len = usize::from(self.open.get(at)?.len);
+        self.bytes.get(at.checked_mul(self.payload)?..)?.get(..len)
     }
 }
 

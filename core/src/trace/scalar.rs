@@ -52,10 +52,7 @@ impl Lanes for Scalar {
 
     #[inline(always)]
     fn flip(self, octants: &Octants, node: &Node) -> u8 {
-        let [c0, c1, c2, c3, c4, c5, ..] = node.child;
-        let code = c0 >> 15 | c1 >> 15 << 1 | c2 >> 15 << 2 | c3 >> 15 << 3 | c4 >> 15 << 4;
-        let code = usize::from(code | c5 >> 15 << 5);
-        octants.get(code).copied().unwrap_or(0)
+        octants.get(usize::from(node.axis_code())).copied().unwrap_or(0)
     }
 }
 

@@ -29,8 +29,7 @@ use event::{Event, EventQueue};
 use kiloray_core::network::{
     Channel, HOST, Lane, Mesh, NodeId, PacketHeader, Port, Received, Router,
 };
-use kiloray_core::node::{Lack, Next, Time};
-use kiloray_core::protocol::{Item, Message, write};
+use kiloray_core::node::{Lack, Next, Time, tell_gone};
 use link::Links;
 use packets::Packets;
 use std::marker::PhantomData;
@@ -223,21 +222,12 @@ impl<'m, N: Actor<'m>, H: Actor<'m>> Run<'m, N, H> {
             Received::Dead => {
                 self.faults.for_the_dead += 1;
                 if asks {
-                    self.tell_gone(place, sender);
+                    tell_gone(self.router(place), sender);
                 }
             }
             Received::Bad => debug_assert!(false, "routers send good packets"),
         }
         self.serve(place);
-    }
-
-    /// The router of a dead node tells who has asked it, if there is room: who hears nothing asks again.
-    fn tell_gone(&mut self, place: u32, sender: NodeId) {
-        let mut payload = [0; Item::BYTES];
-        if write(&mut payload, 0, &Message::Gone).is_some() {
-            let (channel, priority) = (Message::Gone.channel(), Message::Gone.priority());
-            let _ = self.router(place).inject(sender, channel, priority, &payload);
-        }
     }
 
     /// Sends what can leave a place, and tells its actor of what it can consume.

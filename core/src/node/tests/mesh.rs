@@ -7,7 +7,7 @@ use super::toy::Toy;
 use crate::network::{
     Channel, HOST, Mesh, NodeId, PacketHeader, Port, Received, Router, RouterSize, Topology,
 };
-use crate::protocol::{Item, Items, Message, write};
+use crate::protocol::{Items, Message, write};
 use crate::shade::Sum;
 use crate::store::{Arena, CHUNK_BYTES, Chunk};
 use std::collections::VecDeque;
@@ -491,9 +491,7 @@ impl<'a> World<'a> {
             // Its router drops what is for it, and tells who has asked.
             let router = self.router(node);
             if let Some((sender, _)) = router.arrived(Channel::Request) {
-                let mut out = [0; Item::BYTES];
-                write(&mut out, 0, &Message::Gone).unwrap();
-                let _ = router.inject(sender, Channel::Reply, Message::Gone.priority(), &out);
+                tell_gone(router, sender);
             }
             for channel in Channel::ALL {
                 router.consume(channel);

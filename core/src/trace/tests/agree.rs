@@ -2,7 +2,7 @@ use std::vec::Vec;
 
 use super::scenes::{Random, clutter, no_rays, rays};
 use super::writer::{Blocks, Item, write};
-use super::{OneFrame, Resident, Room, Topped, brute, check};
+use super::{OneFrame, Resident, Room, Topped, brute, check, sort};
 use crate::block::{BlockSource, BlockView, ExpandedTop, NoBlock, SPHERES};
 use crate::geometry::{Hit, Ray};
 use crate::trace::{Batch, Cursor, Scalar, TraceError, Tracer};
@@ -26,12 +26,12 @@ fn compare(tracer: impl Tracer, blocks: &Blocks, items: &[Item], rays: &[Ray]) {
         let closest = expected.first().copied();
         asks(tracer, &mut cursor, &mut Resident(blocks), ray, &expected);
         for top in tops {
-            asks(tracer, &mut cursor, &mut Topped(blocks, top), ray, &expected);
+            asks(tracer, &mut cursor, &mut Topped(Resident(blocks), top), ray, &expected);
         }
         // A block that is missing below the top stops it; it goes on without a top.
         let hit = tracer.closest(&mut cursor, &mut Resident(blocks), ray).unwrap();
         let missing = hit.map_or(0, |hit| hit.block);
-        let source = &mut Lacks(Topped(blocks, tops[1]), missing);
+        let source = &mut Lacks(Topped(Resident(blocks), tops[1]), missing);
         let found = match tracer.closest(&mut cursor, source, ray) {
             Err(TraceError::Source(_)) => {
                 let (best, trail) = (cursor.best(), cursor.trail());
@@ -80,15 +80,7 @@ fn asks(
         false
     };
     assert_eq!(tracer.every(cursor, source, ray, visit), Ok(()));
-    all.sort_by(|a, b| {
-        if a.is_closer_than(b) {
-            core::cmp::Ordering::Less
-        } else if b.is_closer_than(a) {
-            core::cmp::Ordering::Greater
-        } else {
-            core::cmp::Ordering::Equal
-        }
-    });
+    sort(&mut all);
     assert_eq!(all, expected);
 }
 

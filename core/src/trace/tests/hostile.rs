@@ -84,7 +84,7 @@ fn any_bytes_are_a_harmless_top() {
             }
         }
         let top = ExpandedTop::new(&room.nodes[..len.0], &room.refs[..len.1]);
-        trace(&mut Topped(&blocks, top), &mut random);
+        trace(&mut Topped(Resident(&blocks), top), &mut random);
     }
 }
 

@@ -33,16 +33,16 @@ impl BlockSource for Resident<'_> {
 }
 
 /// All blocks, always, with the top of their tree.
-pub(crate) struct Topped<'a>(pub(crate) &'a Blocks, pub(crate) ExpandedTop<'a>);
+pub(crate) struct Topped<'a>(pub(crate) Resident<'a>, pub(crate) ExpandedTop<'a>);
 
 impl BlockSource for Topped<'_> {
     type Error = NoBlock;
     fn block(&mut self, block: u32) -> Result<BlockView<'_>, NoBlock> {
-        self.0.get(block).map(BlockView::trusted).ok_or(NoBlock(block))
+        self.0.block(block)
     }
 
     fn holds_all(&self) -> bool {
-        true
+        self.0.holds_all()
     }
 
     fn top(&self) -> ExpandedTop<'_> {
@@ -129,14 +129,11 @@ pub(crate) fn hit_of(ray: &PreparedRay, item: &Item) -> Option<Hit> {
 pub(crate) fn brute(items: &[Item], ray: &Ray) -> Vec<Hit> {
     let prepared = PreparedRay::new(ray);
     let mut hits: Vec<Hit> = items.iter().filter_map(|i| hit_of(&prepared, i)).collect();
-    hits.sort_by(|a, b| {
-        if a.is_closer_than(b) {
-            core::cmp::Ordering::Less
-        } else if b.is_closer_than(a) {
-            core::cmp::Ordering::Greater
-        } else {
-            core::cmp::Ordering::Equal
-        }
-    });
+    sort(&mut hits);
     hits
+}
+
+/// The closest first.
+pub(crate) fn sort(hits: &mut [Hit]) {
+    hits.sort_by(|a, b| b.is_closer_than(a).cmp(&a.is_closer_than(b)));
 }

@@ -6,7 +6,7 @@ use proptest::prelude::*;
 
 use super::scenes::{Random, clutter, rays};
 use super::writer::{Blocks, write};
-use super::{Resident, brute};
+use super::{Resident, brute, sort};
 use crate::block::format::DEPTH_MAX;
 use crate::block::{BlockSource, BlockView, SPHERES};
 use crate::geometry::{Hit, Ray};
@@ -101,10 +101,6 @@ fn parked<R>(
         }
     }
     panic!("never ends")
-}
-
-fn sort(hits: &mut [Hit]) {
-    hits.sort_by(|a, b| b.is_closer_than(a).cmp(&a.is_closer_than(b)));
 }
 
 /// The rays of a case, with the lanes of two tracers in turns.
