@@ -31,6 +31,7 @@
 )]
 
 pub mod block;
+mod elementary;
 pub mod geometry;
 pub mod light;
 pub mod material;

@@ -1,4 +1,5 @@
 use super::aim::Dark;
+use crate::elementary::sin_cos_of_turns;
 use crate::material::{Surface, tangents};
 use core::f32::consts::PI;
 use glam::Vec3;
@@ -83,7 +84,7 @@ impl Cap {
 
 /// A unit direction whose cosine to the axis is `1 - versine`, at turn `b`.
 fn around(axis: Vec3, versine: f32, b: f32) -> Vec3 {
-    let (sin, cos) = libm::sincosf(2.0 * PI * b);
+    let (sin, cos) = sin_cos_of_turns(b);
     let (s, t) = tangents(axis);
     axis * (1.0 - versine) + (s * cos + t * sin) * libm::sqrtf((versine * (2.0 - versine)).max(0.0))
 }

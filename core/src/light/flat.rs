@@ -2,6 +2,7 @@ use super::aim::{Aim, Dark};
 use super::ellipse::Ellipse;
 use super::rectangle::Rectangle;
 use super::triangle::SphericalTriangle;
+use crate::elementary::sin_cos_of_turns;
 use crate::scene::{Light, LightKind};
 use core::f32::consts::PI;
 use glam::Vec3;
@@ -202,10 +203,10 @@ pub(super) fn concentric(a: f32, b: f32) -> (f32, f32) {
         return (0.0, 0.0);
     }
     if x.abs() > y.abs() {
-        let (sin, cos) = libm::sincosf(0.25 * PI * (y / x));
+        let (sin, cos) = sin_cos_of_turns(0.125 * (y / x));
         (x * cos, x * sin)
     } else {
-        let (sin, cos) = libm::sincosf(0.25 * PI * (x / y));
+        let (sin, cos) = sin_cos_of_turns(0.125 * (x / y));
         (y * sin, y * cos)
     }
 }

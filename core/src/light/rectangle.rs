@@ -1,4 +1,5 @@
-use core::f32::consts::PI;
+use crate::elementary::{asin, sin_cos_of_turns};
+use core::f32::consts::{PI, TAU};
 use glam::Vec3;
 
 /// A rectangle, sampled by the solid angle under which the origin sees it: Ureña, Fajardo, King 2013, "An area-preserving
@@ -36,7 +37,7 @@ impl Rectangle {
         let component = |a: f32| a / libm::sqrtf(z0 * z0 + a * a);
         let (n0, n1, n2, n3) = (-component(y0), component(x1), component(y1), -component(x0));
         // Each inner angle is acos(-n n') = π/2 + asin(n n'): without the 2π that the sum of four would take away again.
-        let q = [n0 * n1, n1 * n2, n2 * n3, n3 * n0].map(|q| libm::asinf(q.clamp(-1.0, 1.0)));
+        let q = [n0 * n1, n1 * n2, n2 * n3, n3 * n0].map(|q| asin(q.clamp(-1.0, 1.0)));
         let [q0, q1, q2, q3] = q;
         let solid_angle = (q0 + q1) + (q2 + q3);
         (solid_angle >= SOLID_ANGLE_MIN).then_some(Self {
@@ -57,7 +58,7 @@ impl Rectangle {
 
     /// The vector from the point to the sample.
     pub(super) fn sample(&self, [u, v]: [f32; 2]) -> Vec3 {
-        let (sin, cos) = libm::sincosf(u * self.solid_angle + self.k);
+        let (sin, cos) = sin_cos_of_turns((u * self.solid_angle + self.k) / TAU);
         let f = (cos * self.b0 - self.b1) / sin;
         let c = (1.0 / libm::sqrtf(f * f + self.b0 * self.b0)).copysign(f).clamp(-1.0, 1.0);
         let xu = -(c * self.z0) / libm::sqrtf((1.0 - c * c).max(f32::MIN_POSITIVE));

@@ -1,4 +1,5 @@
 use super::aim::Dark;
+use crate::elementary::sin_cos_of_turns;
 use crate::material::tangents;
 use core::f32::consts::PI;
 use glam::Vec3;
@@ -44,7 +45,7 @@ impl Ball {
         let versine = a * self.versine;
         // sin² = 1 - cos², without the difference of near ones.
         let sin2 = versine * (2.0 - versine);
-        let (sin_phi, cos_phi) = libm::sincosf(2.0 * PI * b);
+        let (sin_phi, cos_phi) = sin_cos_of_turns(b);
         let (s, t) = tangents(self.axis);
         let aside = (s * cos_phi + t * sin_phi) * libm::sqrtf(sin2);
         let direction = self.axis * (1.0 - versine) + aside;

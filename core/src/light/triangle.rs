@@ -1,3 +1,5 @@
+use crate::elementary::{angle, sin_cos_of_turns};
+use core::f32::consts::TAU;
 use glam::Vec3;
 
 /// A triangle, sampled by the solid angle under which the origin sees it: Arvo 1995, "Stratified sampling of spherical
@@ -10,7 +12,6 @@ pub(super) struct SphericalTriangle {
     c_off_a: Vec3,
     sin_alpha: f32,
     cos_alpha: f32,
-    alpha: f32,
     cos_c: f32,
     pub(super) solid_angle: f32,
 }
@@ -24,28 +25,22 @@ impl SphericalTriangle {
         let (a, b, c) = (unit(a)?, unit(b)?, unit(c)?);
         // Van Oosterom & Strackee 1983: no difference of angles.
         let triple = a.dot(b.cross(c)).abs();
-        let half = libm::atan2f(triple, 1.0 + a.dot(b) + b.dot(c) + c.dot(a));
-        let half = if half < 0.0 { half + core::f32::consts::PI } else { half };
+        let half = angle(triple, 1.0 + a.dot(b) + b.dot(c) + c.dot(a));
         let b_off_a = unit(b - a * a.dot(b))?;
         let c_off_a = unit(c - a * a.dot(c))?;
         let cos_alpha = b_off_a.dot(c_off_a).clamp(-1.0, 1.0);
         let sin_alpha = libm::sqrtf(1.0 - cos_alpha * cos_alpha);
-        let found = Self {
-            a,
-            b,
-            c_off_a,
-            sin_alpha,
-            cos_alpha,
-            alpha: libm::acosf(cos_alpha),
-            cos_c: a.dot(b),
-            solid_angle: 2.0 * half,
-        };
+        let found =
+            Self { a, b, c_off_a, sin_alpha, cos_alpha, cos_c: a.dot(b), solid_angle: 2.0 * half };
         (found.solid_angle >= SOLID_ANGLE_MIN && sin_alpha > 0.01).then_some(found)
     }
 
     /// A unit direction.
     pub(super) fn sample(&self, [x, y]: [f32; 2]) -> Vec3 {
-        let (s, t) = libm::sincosf(x * self.solid_angle - self.alpha);
+        // Of `φ - α`, without α itself.
+        let (sin, cos) = sin_cos_of_turns(x * self.solid_angle / TAU);
+        let s = sin * self.cos_alpha - cos * self.sin_alpha;
+        let t = cos * self.cos_alpha + sin * self.sin_alpha;
         let u = t - self.cos_alpha;
         let v = s + self.sin_alpha * self.cos_c;
         let q = ((v * t - u * s) * self.cos_alpha - v) / ((v * s + u * t) * self.sin_alpha);

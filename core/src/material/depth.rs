@@ -1,3 +1,4 @@
+use crate::elementary::{exp2, log2};
 use glam::Vec3;
 
 /// How much light a shadow ray has lost to the panes it crossed: a sum of integers, so the order of the crossings cannot matter.
@@ -22,8 +23,8 @@ impl OpticalDepth {
             if t >= 1.0 {
                 0
             } else if t > 0.0 {
-                // At most 149 * 2²⁰: no overflow.
-                libm::roundf(-libm::log2f(t) * STEPS) as u32
+                // At most 126 * 2²⁰, or infinite: no overflow.
+                libm::roundf(-log2(t) * STEPS) as u32
             } else {
                 u32::MAX
             }
@@ -61,8 +62,7 @@ impl OpticalDepth {
         if self == Self::CLEAR {
             return Vec3::ONE;
         }
-        // Below 2⁻¹⁴⁹ the power is zero.
-        Vec3::from(self.0.map(|steps| libm::exp2f(-(steps as f32 / STEPS))))
+        Vec3::from(self.0.map(|steps| exp2(-(steps as f32 / STEPS))))
     }
 }
 

@@ -1,10 +1,12 @@
 use super::path::{is_seen, share};
 use super::{Path, Point, SPLITS, Settings, Sum, Unit};
 use crate::block::KiloView;
+use crate::elementary::exp2;
 use crate::geometry::{Hit, Ray};
 use crate::light::Aim;
 use crate::material::{Bsdf, Surface};
 use crate::scene::{Light, LightKind, Material, MaterialKind, Needs};
+use core::f32::consts::LOG2_E;
 use glam::Vec3;
 
 /// The tables of a scene that shading reads.
@@ -168,7 +170,7 @@ impl<'a> Shader<'a> {
         };
         // No absorption is none at any distance, an infinite one too.
         Vec3::from(
-            material.absorption.map(|a| if a > 0.0 { libm::expf(-a * distance) } else { 1.0 }),
+            material.absorption.map(|a| if a > 0.0 { exp2(-LOG2_E * a * distance) } else { 1.0 }),
         )
     }
 }

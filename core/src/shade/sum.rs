@@ -1,3 +1,4 @@
+use crate::elementary::{exponent, power_of_two};
 use glam::Vec3;
 
 /// The step of all sums of light: a power of two, chosen from the brightest thing of the scene.
@@ -21,10 +22,10 @@ impl Unit {
     /// The unit for a scene whose brightest radiance is this ([`Needs::radiance_max`](crate::scene::Needs::radiance_max)).
     #[must_use]
     pub fn new(radiance_max: f32) -> Self {
-        let (_, exponent) = libm::frexpf(if radiance_max.is_finite() { radiance_max } else { 1.0 });
+        let exponent = exponent(if radiance_max.is_finite() { radiance_max } else { 1.0 });
         // Both powers stay normal numbers; a scene darker than 10⁻²⁰ or brighter than 10²⁰ is counted in other steps.
         let exponent = exponent.clamp(-70, 70) - 44;
-        Self { steps: libm::ldexpf(1.0, -exponent), step: libm::ldexpf(1.0, exponent) }
+        Self { steps: power_of_two(-exponent), step: power_of_two(exponent) }
     }
 
     /// Light in steps, to the nearest. NaN, infinity and what is negative count as none; what is too bright is cut off.
