@@ -1,4 +1,5 @@
 use super::actor::SUSPECTS;
+use super::help::put_first;
 use super::rom::Blocks;
 use super::rules::Rule;
 use super::slots::{FetchSlot, RaySlot, Serve, Stage};
@@ -287,10 +288,7 @@ impl<W: World> Node<'_, W> {
     /// A node has let a request wait in vain.
     pub(super) fn suspect(&mut self, node: NodeId) {
         if !self.is_suspect(node) {
-            self.suspects.rotate_right(1);
-            if let Some(first) = self.suspects.first_mut() {
-                *first = node.0;
-            }
+            put_first(&mut self.suspects, node);
         }
     }
 

@@ -32,10 +32,7 @@ impl Helpers {
 
     fn add(&mut self, node: NodeId) {
         if !self.nodes.contains(&node.0) {
-            self.nodes.rotate_right(1);
-            if let Some(first) = self.nodes.first_mut() {
-                *first = node.0;
-            }
+            put_first(&mut self.nodes, node);
         }
     }
 
@@ -45,6 +42,11 @@ impl Helpers {
             *helper = NOBODY;
         }
     }
+}
+
+/// Puts a node before others; the last is forgotten.
+pub(super) fn put_first(nodes: &mut [u16], node: NodeId) {
+    nodes.iter_mut().fold(node.0, |before, place| core::mem::replace(place, before));
 }
 
 impl<W: World> Node<'_, W> {

@@ -463,9 +463,8 @@ impl<W: World> Node<'_, W> {
             if slot.trail.block() == block {
                 // The place that it leaves is taken by the first of those that still wait.
                 let first = self.shadows.len().saturating_sub(self.parked);
-                let moved = self.shadows.get(first).copied();
-                if let (Some(moved), Some(place)) = (moved, self.shadows.get_mut(at)) {
-                    *place = moved;
+                if let Ok([first, place]) = self.shadows.get_disjoint_mut([first, at]) {
+                    core::mem::swap(first, place);
                 }
                 self.parked = self.parked.saturating_sub(1);
                 if let Some(place) = self.shadows.get_mut(self.fresh) {

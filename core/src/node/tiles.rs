@@ -99,7 +99,7 @@ impl Tiles {
     fn forget(&mut self, at: usize) {
         let behind = self.waiting.get_mut(at..self.waiters).unwrap_or_default();
         if !behind.is_empty() {
-            behind.rotate_left(1);
+            behind.iter_mut().rfold((0, 0), |next, place| core::mem::replace(place, next));
             self.waiters = self.waiters.saturating_sub(1);
         }
     }

@@ -49,8 +49,11 @@ impl<'a, T: Copy> Queue<'a, T> {
 
     /// All values in one piece, to be put in another order: the first is the next.
     pub(crate) fn as_mut_slice(&mut self) -> &mut [T] {
-        if self.first <= self.items.len() {
-            self.items.rotate_left(self.first);
+        if let Some((behind, front)) = self.items.split_at_mut_checked(self.first) {
+            // Turned round by reversals: `rotate_left` takes two KiB of a board's flash, with what moves memory.
+            behind.reverse();
+            front.reverse();
+            self.items.reverse();
             self.first = 0;
         }
         self.items.get_mut(..self.len).unwrap_or_default()

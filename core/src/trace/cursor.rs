@@ -198,6 +198,14 @@ impl Cursor {
 }
 
 impl Level {
+    /// The children of a node of this block, to be visited in this order.
+    #[inline(always)]
+    pub(super) fn hold(&mut self, child: &[u16; 8], block: u32, flip: u8) {
+        self.child = *child;
+        self.block = block;
+        self.flip = flip;
+    }
+
     /// Whether the ray may still reach a child that is left.
     fn is_reached(&self, t_max: f32) -> bool {
         let left = ordered(u32::from(self.pending), self.flip);

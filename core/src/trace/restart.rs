@@ -41,9 +41,7 @@ pub(super) fn restart<L: Lanes, S: BlockSource>(
             let depth = u32::from(at.depth);
             let level = levels.at_mut(depth);
             let mask = lanes.slots(&frame, node, ray.t_min, ray.t_max, &mut level.near);
-            level.child = node.child;
-            level.block = at.block;
-            level.flip = lanes.flip(octants, node);
+            level.hold(&node.child, at.block, lanes.flip(octants, node));
             let met = ordered(mask, level.flip);
             let taken = 1 << (level.taken & 7);
             let pending = met & !(2 * taken - 1);

@@ -56,9 +56,7 @@ fn enter(mask: u32, flip: u8, child: &[u16; 8], at: &Place, levels: &mut Levels)
     let (slot, pending) = (visits.first(), visits.others());
     level.taken = slot as u8 ^ flip;
     // Always: whether more than one is met is anybody's guess, and the stores cost less than a wrong one.
-    level.child = *child;
-    level.block = at.block;
-    level.flip = flip;
+    level.hold(child, at.block, flip);
     level.pending = pending;
     levels.live |= u32::from(pending != 0) << (at.depth & 31);
     at_slot(child, slot)
