@@ -3,7 +3,7 @@
 //! `libm` has them for any argument, to the last bit, and takes 6 KiB of a board's flash and arithmetic in f64 for it. Here arguments are as
 //! short as sampling makes them, and an ulp or two is nothing beside what is sampled.
 
-use core::f32::consts::{FRAC_1_SQRT_2, FRAC_PI_2, PI};
+use core::f32::consts::{FRAC_1_SQRT_2, FRAC_PI_2, LN_2, PI};
 
 /// The value of a polynomial, the coefficient of the lowest power first.
 #[inline]
@@ -20,12 +20,10 @@ pub(crate) fn sin_cos_of_turns(turns: f32) -> (f32, f32) {
     let r2 = r * r;
     let sin = r * polynomial(r2, &[1.570_796_4, -0.645_963_5, 0.079_680_03, -0.004_601_658]);
     let cos = polynomial(r2, &[1.0, -1.233_700_5, 0.253_669_26, -0.020_860_309, 0.000_904_060_55]);
-    match nearest & 3 {
-        0 => (sin, cos),
-        1 => (cos, -sin),
-        2 => (-sin, -cos),
-        _ => (-cos, sin),
-    }
+    // Without branches: in which quarter a sample lies nobody can foretell.
+    let (sin, cos) = if nearest & 1 == 0 { (sin, cos) } else { (cos, sin) };
+    let turned = |x: f32, quarter: i32| f32::from_bits(x.to_bits() ^ (quarter as u32 & 2) << 30);
+    (turned(sin, nearest), turned(cos, nearest.wrapping_add(1)))
 }
 
 /// The angle \[radians\] of a vector to the x axis, in (-π, π]. Error: 2⁻²² of it.
@@ -56,15 +54,8 @@ pub(crate) fn asin(sin: f32) -> f32 {
 
 /// Two to a power of at most 127; 0 where no normal number is near. Error: 2⁻²³ of it.
 pub(crate) fn exp2(x: f32) -> f32 {
-    const EXP2: [f32; 7] = [
-        1.0,
-        0.693_147_2,
-        0.240_226_5,
-        0.055_503_28,
-        0.009_618_004,
-        0.001_340_023_5,
-        0.000_154_762_8,
-    ];
+    const EXP2: [f32; 7] =
+        [1.0, LN_2, 0.240_226_5, 0.055_503_28, 0.009_618_004, 0.001_340_023_5, 0.000_154_762_8];
     let nearest = (x + 0.5_f32.copysign(x)) as i32;
     if nearest < -126 {
         return 0.0;

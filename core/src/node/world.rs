@@ -244,6 +244,20 @@ impl<'a, T: Tracer> Picture<'a, T> {
         }
     }
 
+    /// Goes on to the next bundle of a point, if there is one.
+    ///
+    /// A function of its own: among the rays of a bundle, all of the bundle would be loaded and stored for each of them.
+    #[inline(never)]
+    fn next_bundle(&self, point: &Point, lights: &mut Lights, counts: &mut Counts) -> bool {
+        lights.before = lights.direct;
+        let mut counted = Counts::default();
+        lights.bundle = self.shader.next_bundle(point, &mut lights.direct, &mut counted);
+        if !core::mem::take(&mut lights.again) {
+            counts.add(&counted);
+        }
+        lights.bundle.is_some()
+    }
+
     /// Goes on with a ray. All rays come here, so that the traversal is there once in the code of a node, and not once for each question.
     #[inline(never)]
     fn ask<S: BlockSource<Error = Missing>>(
@@ -498,13 +512,9 @@ impl<T: Tracer> World for Picture<'_, T> {
                 }
                 lights.next = 0;
             }
-            lights.before = lights.direct;
-            let mut counted = Counts::default();
-            lights.bundle = self.shader.next_bundle(point, &mut lights.direct, &mut counted);
-            if !core::mem::take(&mut lights.again) {
-                counts.add(&counted);
+            if !self.next_bundle(point, lights, counts) {
+                return None;
             }
-            lights.bundle.as_ref()?;
         }
     }
 

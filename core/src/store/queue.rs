@@ -49,14 +49,16 @@ impl<'a, T: Copy> Queue<'a, T> {
 
     /// All values in one piece, to be put in another order: the first is the next.
     pub(crate) fn as_mut_slice(&mut self) -> &mut [T] {
-        if let Some((behind, front)) = self.items.split_at_mut_checked(self.first) {
+        let wraps = self.first.saturating_add(self.len) > self.items.len();
+        if wraps && let Some((behind, front)) = self.items.split_at_mut_checked(self.first) {
             // Turned round by reversals: `rotate_left` takes two KiB of a board's flash, with what moves memory.
             behind.reverse();
             front.reverse();
             self.items.reverse();
             self.first = 0;
         }
-        self.items.get_mut(..self.len).unwrap_or_default()
+        let end = self.first.saturating_add(self.len);
+        self.items.get_mut(self.first..end).unwrap_or_default()
     }
 
     /// The oldest value.
@@ -138,6 +140,10 @@ mod tests {
             let mut peak = 0;
             for step in steps {
                 match step {
+                    Some(200..) => {
+                        queue.as_mut_slice().reverse();
+                        model.make_contiguous().reverse();
+                    }
                     Some(x) if model.len() < capacity => {
                         model.push_back(x);
                         prop_assert_eq!(queue.enqueue(x), Ok(()));
