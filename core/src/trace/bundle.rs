@@ -21,7 +21,7 @@ pub(super) const GROUPS: usize = 8;
 /// Fewer rays than this are traced one by one.
 const FEWEST: usize = 4;
 /// If the slopes along the greatest axis differ by more than this, rays are traced one by one.
-const WIDEST: f32 = 0.25;
+const WIDEST: f32 = 0.5;
 
 /// Room for a bundle: 22 KiB.
 #[derive(Debug, Clone)]
