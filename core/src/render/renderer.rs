@@ -239,22 +239,30 @@ impl<'a> Renderer<'a> {
         }
         let mut rest = self.shadows.items();
         while let Some(first) = rest.first() {
-            let bundle = rest.get(..bundle_len(rest, first.source)).unwrap_or(rest);
-            rest = rest.get(bundle.len()..).unwrap_or_default();
-            let light = tables.lights.get(first.source as usize);
-            let clear = light.is_some_and(|light| work.sight.is_clear(bundle, light));
-            let count = if clear { &mut work.counts.shadow_clear } else { &mut work.counts.shadow };
-            *count = count.saturating_add(bundle.len() as u64);
-            for (at, shadow) in bundle.iter().enumerate() {
-                let depth = if clear {
-                    OpticalDepth::CLEAR
-                } else {
-                    work.sight.depth(bundle, at, materials).map_err(RenderError::Trace)?
-                };
-                if !depth.is_opaque()
-                    && let Some(sum) = self.sums.get_mut(shadow.pixel as usize)
-                {
-                    sum.add(unit.quantise(shadow.light() * depth.transmittance()));
+            let source = first.source;
+            let len = rest.iter().take_while(|ray| ray.source == source).count();
+            let Some((mut run, behind)) = rest.split_at_checked(len) else { break };
+            rest = behind;
+            let light = tables.lights.get(source as usize);
+            while !run.is_empty() {
+                let clear = light.map_or(0, |light| work.sight.clear_from(run, light));
+                let len = if clear > 0 { clear } else { run.len().min(BUNDLE) };
+                let Some((bundle, left)) = run.split_at_checked(len) else { break };
+                run = left;
+                let Counts { shadow, shadow_clear, .. } = work.counts;
+                let count = if clear > 0 { shadow_clear } else { shadow };
+                *count = count.saturating_add(bundle.len() as u64);
+                for (at, shadow) in bundle.iter().enumerate() {
+                    let depth = if clear > 0 {
+                        OpticalDepth::CLEAR
+                    } else {
+                        work.sight.depth(bundle, at, materials).map_err(RenderError::Trace)?
+                    };
+                    if !depth.is_opaque()
+                        && let Some(sum) = self.sums.get_mut(shadow.pixel as usize)
+                    {
+                        sum.add(unit.quantise(shadow.light() * depth.transmittance()));
+                    }
                 }
             }
         }
@@ -264,12 +272,7 @@ impl<'a> Renderer<'a> {
 }
 
 /// Shadow rays of a bundle, at most.
-const BUNDLE: usize = 64;
-
-/// The length of the bundle that a run of shadow rays begins with: at least 1.
-fn bundle_len(rays: &[Shadow], source: u32) -> usize {
-    rays.iter().take(BUNDLE).take_while(|ray| ray.source == source).count().max(1)
-}
+pub(super) const BUNDLE: usize = 64;
 
 /// Most children of a point that a ray of this depth finds.
 fn children_of(depth: u32, job: &Job<'_>) -> usize {

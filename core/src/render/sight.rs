@@ -1,6 +1,7 @@
 use super::clear::is_clear;
 #[cfg(feature = "bundles")]
 use super::neighbours::Neighbours;
+use super::renderer::BUNDLE;
 use super::trust::Trust;
 use crate::block::BlockSource;
 use crate::geometry::Hit;
@@ -40,14 +41,22 @@ impl<T: Tracer, S: BlockSource> Sight<T, S> {
         &self.source
     }
 
-    /// Whether nothing can be in the way of a bundle of shadow rays to a light.
-    pub(super) fn is_clear(&mut self, rays: &[Shadow], light: &Light) -> bool {
+    /// How many rays, from the first, nothing can be in the way of, as far as a short search can tell. All go to one light.
+    pub(super) fn clear_from(&mut self, rays: &[Shadow], light: &Light) -> usize {
         if !self.trust.asks() {
-            return false;
+            return 0;
         }
-        let clear = is_clear(rays.iter(), light, &mut self.source);
-        self.trust.note(clear);
-        clear
+        let mut len = rays.len().min(self.trust.together().saturating_mul(BUNDLE));
+        loop {
+            let bundle = rays.get(..len).unwrap_or(rays);
+            let clear = is_clear(bundle.iter(), light, &mut self.source);
+            self.trust.note(clear);
+            match clear {
+                true => return bundle.len(),
+                false if len > BUNDLE => len = BUNDLE,
+                false => return 0,
+            }
+        }
     }
 
     /// The closest hit of `rays[at]`, if `at` goes from 0 up by one.

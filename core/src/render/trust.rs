@@ -1,21 +1,26 @@
-/// Whether to look if a bundle of shadow rays can be skipped.
+/// Whether to look if a bundle of shadow rays can be skipped, and how many bundles together.
 ///
-/// A search that leads nowhere costs; where many did, only some bundles are looked into. It decides about time only.
+/// A search that leads nowhere costs; where many did, only some bundles are looked into. Where one was of use, the next is for twice as many.
+/// It decides about time only.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Trust {
     /// How many searches in a row may still fail.
     left: u8,
     asked: u8,
+    /// Bundles to look at together.
+    together: u8,
 }
 
 /// Failed searches after which most bundles are traced unasked.
 const MOST: u8 = 8;
 /// Then one in so many is looked into.
 const RARE: u8 = 16;
+/// Bundles that are looked at together, at most.
+const TOGETHER: u8 = 16;
 
 impl Trust {
     pub(crate) const fn new() -> Self {
-        Self { left: MOST, asked: 0 }
+        Self { left: MOST, asked: 0, together: 1 }
     }
 
     /// Whether the next bundle is worth a search: none where that is left out.
@@ -29,6 +34,15 @@ impl Trust {
 
     /// What the search has found.
     pub(crate) fn note(&mut self, clear: bool) {
-        self.left = if clear { MOST } else { self.left.saturating_sub(1) };
+        (self.left, self.together) = if clear {
+            (MOST, self.together.saturating_mul(2).min(TOGETHER))
+        } else {
+            (self.left.saturating_sub(1), 1)
+        };
+    }
+
+    /// How many bundles to look at together.
+    pub(crate) const fn together(&self) -> usize {
+        self.together as usize
     }
 }
