@@ -32,8 +32,7 @@ impl Unit {
     #[must_use]
     pub fn quantise(&self, light: Vec3) -> Sum {
         let steps = |x: f32| {
-            // The cast saturates.
-            if x > 0.0 && x < f32::INFINITY { libm::roundf(x * self.steps) as i64 } else { 0 }
+            if x > 0.0 && x < f32::INFINITY { nearest(x * self.steps) } else { 0 }
         };
         Sum([steps(light.x), steps(light.y), steps(light.z)])
     }
@@ -43,6 +42,18 @@ impl Unit {
     pub fn resolve(&self, sum: Sum, samples: u32) -> Vec3 {
         let n = f64::from(samples.max(1));
         Vec3::from(sum.0.map(|x| (x as f64 * f64::from(self.step) / n) as f32))
+    }
+}
+
+/// The whole number nearest to one above zero; of two the greater.
+fn nearest(x: f32) -> i64 {
+    if x < 8_388_608.0 {
+        // Subtracting its whole part from a number below 2²³ is exact.
+        let whole = x as i32;
+        i64::from(whole) + i64::from(x - whole as f32 >= 0.5)
+    } else {
+        // It is whole. The cast saturates.
+        x as i64
     }
 }
 
@@ -93,6 +104,17 @@ mod tests {
             let mean = unit.resolve(forward, n as u32);
             prop_assert!((f64::from(mean.x) - exact).abs() <= exact * 1e-7 + 1e-10);
             prop_assert_eq!(mean.z, 0.0);
+        }
+    }
+
+    #[test]
+    fn steps_are_rounded_to_the_nearest() {
+        let mut x = 0.0_f32;
+        while x < 1e20 {
+            for x in [x, x.next_up(), x.next_down().max(0.0), x.floor() + 0.5, x.ceil()] {
+                assert_eq!(nearest(x), x.round() as i64, "{x}");
+            }
+            x = (x * 1.07).max(x + 0.37);
         }
     }
 
