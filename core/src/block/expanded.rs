@@ -50,12 +50,14 @@ pub struct ExpandedTop<'a> {
 
 /// In the child of an [`ExpandedNode`]: it is a reference.
 const REF: u16 = 1 << 15;
+/// References that a node adds at most: it takes the place of one, and may bring eight.
+const ADDED: usize = 7;
 
 impl<'a> ExpandedTop<'a> {
     /// None: a traversal begins in the first block.
     pub const NONE: Self = Self { nodes: &[], refs: &[] };
     /// More nodes than this are not used.
-    pub const NODES_MAX: usize = (REF as usize - 1) / 7;
+    pub const NODES_MAX: usize = (REF as usize - 1) / ADDED;
     /// The frame of its boxes.
     pub const FRAME: BlockHeader = BlockHeader { scale: [1.0; 3], ..NO_HEADER };
 
@@ -65,10 +67,10 @@ impl<'a> ExpandedTop<'a> {
         Self { nodes, refs }
     }
 
-    /// So many references so many nodes have at most: each takes the place of one, and may bring eight.
+    /// So many references so many nodes have at most.
     #[must_use]
     pub const fn refs_of(nodes: usize) -> usize {
-        nodes.saturating_mul(7).saturating_add(1)
+        nodes.saturating_mul(ADDED).saturating_add(1)
     }
 
     /// Decodes the upper levels of the tree of a source, level by level, as many nodes as there is room for.
@@ -80,7 +82,7 @@ impl<'a> ExpandedTop<'a> {
         nodes: &'a mut [ExpandedNode],
         refs: &'a mut [Ref],
     ) -> Result<Self, S::Error> {
-        let room = nodes.len().min(refs.len().saturating_sub(1) / 7).min(Self::NODES_MAX);
+        let room = nodes.len().min(refs.len().saturating_sub(1) / ADDED).min(Self::NODES_MAX);
         let mut grown =
             Growing { nodes: nodes.get_mut(..room).unwrap_or_default(), refs, len: (0, 0) };
         let _ = grown.push_node(0, 0);

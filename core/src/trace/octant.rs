@@ -24,6 +24,12 @@ pub fn first_octants(ray: &PreparedRay) -> &'static Octants {
     FLIPS.get(signs).unwrap_or(all_positive)
 }
 
+/// The flips of a node whose axes have this code.
+#[inline(always)]
+pub(super) fn flip_of(octants: &Octants, axes: u8) -> u8 {
+    octants.get(usize::from(axes)).copied().unwrap_or(0)
+}
+
 #[allow(clippy::indexing_slicing, reason = "evaluated while compiling")]
 const fn flips() -> [Octants; 8] {
     let mut table = [[0; 64]; 8];

@@ -1,6 +1,6 @@
 use super::frame::{BoxFrame, BoxRay};
 use super::lanes::Lanes;
-use super::octant::Octants;
+use super::octant::{Octants, flip_of};
 use crate::block::ExpandedNode;
 use crate::block::format::{BlockHeader, Child, Node};
 use crate::geometry::PreparedRay;
@@ -52,7 +52,7 @@ impl Lanes for Scalar {
 
     #[inline(always)]
     fn flip(self, octants: &Octants, node: &Node) -> u8 {
-        octants.get(usize::from(node.axis_code())).copied().unwrap_or(0)
+        flip_of(octants, node.axis_code())
     }
 }
 

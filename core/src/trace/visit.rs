@@ -3,7 +3,7 @@
 use super::code::EMPTY;
 use super::cursor::{Levels, Place};
 use super::lanes::Lanes;
-use super::octant::{Octants, Visits};
+use super::octant::{Octants, Visits, flip_of};
 use crate::block::ExpandedNode;
 use crate::block::format::Node;
 use crate::geometry::PreparedRay;
@@ -47,8 +47,7 @@ pub(super) fn visit_expanded<L: Lanes>(
     if mask == 0 {
         return EMPTY;
     }
-    let flip = octants.get(usize::from(node.axes)).copied().unwrap_or(0);
-    enter(mask, flip, &node.child, at, levels)
+    enter(mask, flip_of(octants, node.axes), &node.child, at, levels)
 }
 
 /// The child that is visited first, of those that are met; the others are left at the level.

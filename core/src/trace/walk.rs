@@ -38,14 +38,13 @@ impl<const CONTINUED: bool> Search for Single<CONTINUED> {
         }
         let mut run = Run { ray, at: Place::ROOT, collapsed: 0, unchecked: CONTINUED };
         cursor.levels.live = 0;
-        if !CONTINUED && !source.top().is_empty() {
-            run.at.block = TOP;
-        }
         if CONTINUED {
             let Some((at, collapsed)) = cursor.trail.lay(&mut cursor.levels) else {
                 return Err(TraceError::Corrupt { block: cursor.trail.block() });
             };
             (run.at, run.collapsed) = (at, collapsed);
+        } else if !source.top().is_empty() {
+            run.at.block = TOP;
         }
         let result = walk(lanes, &mut run, &mut cursor.levels, source, query);
         cursor.count(&run.at);
