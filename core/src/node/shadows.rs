@@ -93,7 +93,8 @@ impl<W: World> Node<'_, W> {
         let &ShadowSlot { begun, shadow: Shadow { source, .. }, .. } = fresh.last()?;
         // What has been looked at is gone through in each step: no further than it is traced.
         let traced = self.bundle_len().max(SHADOWS_PER_STEP as usize);
-        let most = if begun == 0 { BUNDLE } else { traced };
+        let together = BUNDLE.saturating_mul(self.world.together());
+        let most = if begun == 0 { together } else { traced };
         let last = fresh.get(fresh.len().saturating_sub(most)..)?;
         let alike = |slot: &&ShadowSlot| {
             slot.shadow.source == source
@@ -103,12 +104,18 @@ impl<W: World> Node<'_, W> {
         Some((begun != 0, last.iter().rev().take_while(alike).count()))
     }
 
-    /// Looks at the last bundle: whether it is one that nothing can be in the way of. Then it is done.
-    fn skip_bundle(&mut self, count: usize, now: Time) -> bool {
-        let first = self.fresh.saturating_sub(count);
-        let bundle = self.shadows.get(first..self.fresh).unwrap_or_default();
+    /// Looks at the last shadow rays: whether nothing can be in their way. Then they are done. If not, it looks at the last bundle alone.
+    fn skip_bundle(&mut self, mut count: usize, now: Time) -> bool {
         let Self { world, blocks, work, .. } = self;
-        let clear = world.is_clear(blocks, bundle.iter().map(|slot| &slot.shadow), work);
+        let (first, bundle, clear) = loop {
+            let first = self.fresh.saturating_sub(count);
+            let bundle = self.shadows.get(first..self.fresh).unwrap_or_default();
+            let clear = world.is_clear(blocks, bundle.iter().map(|slot| &slot.shadow), work);
+            if clear || count <= BUNDLE {
+                break (first, bundle, clear);
+            }
+            count = BUNDLE;
+        };
         let mut room = [0; AHEAD];
         let most = if clear { 0 } else { self.settings.prefetch.most().min(AHEAD) };
         let ahead = match room.get_mut(..most) {

@@ -78,7 +78,12 @@ pub trait World {
         None
     }
 
-    /// Whether nothing is in the way of a bundle of shadow rays to one light. `false` says nothing.
+    /// For how many bundles together it is worth asking [`is_clear`](Self::is_clear) next.
+    fn together(&self) -> usize {
+        1
+    }
+
+    /// Whether nothing is in the way of shadow rays to one light. `false` says nothing.
     fn is_clear<'r, S: BlockSource<Error = Missing>>(
         &mut self,
         source: &mut S,
@@ -432,6 +437,10 @@ impl<T: Tracer> World for Picture<'_, T> {
         let (traced, trail) = Traced::of(room.stopped(at));
         let depth = if room.is_hidden(at) { OpticalDepth::OPAQUE } else { OpticalDepth::CLEAR };
         Some((traced, trail, depth.steps()))
+    }
+
+    fn together(&self) -> usize {
+        self.trust.together()
     }
 
     fn is_clear<'r, S: BlockSource<Error = Missing>>(
