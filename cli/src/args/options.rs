@@ -31,7 +31,8 @@ pub(crate) struct Common {
     /// Camera paths for each pixel
     #[arg(long, value_name = "N", default_value_t = 16, value_parser = samples, allow_hyphen_values = true, help_heading = "Light")]
     pub(crate) samples: u32,
-    /// Shadow rays for each light and point [default: as many as its size and distance ask for]
+    /// Shadow rays for each light and point, at a distance of 4 times the light's side; more where it is nearer [default: as many as its size and
+    /// distance ask for]
     #[arg(long, value_name = "N", value_parser = samples, allow_hyphen_values = true, help_heading = "Light")]
     pub(crate) shadow_samples: Option<u32>,
     /// Most reflections and refractions on a path

@@ -3,7 +3,8 @@
 pub struct Settings {
     /// Camera paths per pixel; at least 1.
     pub samples: u32,
-    /// Shadow rays per light and point; 0 for adaptive. See [`Settings::shadow_count`].
+    /// Shadow rays per light and point at the reference distance, 4 times the side of a square as large as the light; 0 for adaptive.
+    /// See [`Settings::shadow_count`].
     pub shadow_samples: u32,
     /// How many specular rays may follow each other.
     pub bounces: u8,
@@ -21,27 +22,26 @@ impl Settings {
     /// Most shadow rays of one bundle.
     pub const BUNDLE_MAX: u32 = 4096;
 
-    /// How many shadow rays a light of this solid angle is worth, at least 1: `shadow_samples`, or if that is 0, adaptively
-    /// `reference * 4 sqrt(Ω)`, so in proportion to the light's size as seen, up to 4 times the reference, which is that of Ω = 1/16.
+    /// How many shadow rays a light of this solid angle is worth: `reference * 4 sqrt(Ω)`, so as many as
+    /// asked for at the reference distance (Ω = 1/16), in proportion to the light's size as seen, up to 4 times as many, and at least 1.
     ///
-    /// The reference is `32 / sqrt(samples)`: a pixel's samples share one sequence of places on the light, so what
+    /// The reference is `shadow_samples`, or if that is 0, `32 / sqrt(samples)`: a pixel's samples share one sequence of places on the light, so what
     /// counts is how many they have together, and that grows with the quality asked for. In the adaptive case
     /// [`Direct`](super::Direct) takes fewer for a light that brings only a part of the light, and on a path that brings only a part of the
     /// pixel: by the root of the product of both.
     ///
-    /// A number that was asked for is the same at every point: where the points of a pixel take different numbers, they do not share the sequence
-    /// evenly, and the pixel has more noise than its neighbours.
-    ///
     /// [`Direct`](super::Direct) rounds to a power of two: aligned runs of a [`Sequence`](crate::random::Sequence) are even.
     #[must_use]
     pub fn shadow_count(&self, solid_angle: f32) -> f32 {
-        let count = match self.shadow_samples {
-            0 => {
-                let reference = (32.0 / libm::sqrtf(self.samples.max(1) as f32)).max(1.0);
-                reference * (4.0 * libm::sqrtf(solid_angle.max(0.0))).min(4.0)
-            }
+        let size = (4.0 * libm::sqrtf(solid_angle.max(0.0))).min(4.0);
+        (self.reference() * size).clamp(1.0, Self::BUNDLE_MAX as f32)
+    }
+
+    /// Shadow rays at the reference distance.
+    fn reference(&self) -> f32 {
+        match self.shadow_samples {
+            0 => (32.0 / libm::sqrtf(self.samples.max(1) as f32)).max(1.0),
             n => n as f32,
-        };
-        count.clamp(1.0, Self::BUNDLE_MAX as f32)
+        }
     }
 }
