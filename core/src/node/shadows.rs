@@ -1,8 +1,8 @@
 use glam::Vec3;
 
 use super::slots::{RaySlot, ShadowSlot};
-use super::world::BUNDLE;
 use super::{Node, RayKind, Time, Traced, World};
+use crate::render::BUNDLE;
 use crate::shade::{PathRay, Shadow};
 use crate::trace::Trail;
 
@@ -93,8 +93,7 @@ impl<W: World> Node<'_, W> {
         let &ShadowSlot { begun, shadow: Shadow { source, .. }, .. } = fresh.last()?;
         // What has been looked at is gone through in each step: no further than it is traced.
         let traced = self.bundle_len().max(SHADOWS_PER_STEP as usize);
-        let together = BUNDLE.saturating_mul(self.world.together());
-        let most = if begun == 0 { together } else { traced };
+        let most = if begun == 0 { self.world.most() } else { traced };
         let last = fresh.get(fresh.len().saturating_sub(most)..)?;
         let alike = |slot: &&ShadowSlot| {
             slot.shadow.source == source
@@ -104,18 +103,15 @@ impl<W: World> Node<'_, W> {
         Some((begun != 0, last.iter().rev().take_while(alike).count()))
     }
 
-    /// Looks at the last shadow rays: whether nothing can be in their way. Then they are done. If not, it looks at the last bundle alone.
-    fn skip_bundle(&mut self, mut count: usize, now: Time) -> bool {
+    /// Looks at the last shadow rays: whether nothing can be in the way of them, or of the last bundle. Then these are done.
+    fn skip_bundle(&mut self, count: usize, now: Time) -> bool {
         let Self { world, blocks, work, .. } = self;
-        let (first, bundle, clear) = loop {
-            let first = self.fresh.saturating_sub(count);
-            let bundle = self.shadows.get(first..self.fresh).unwrap_or_default();
-            let clear = world.is_clear(blocks, bundle.iter().map(|slot| &slot.shadow), work);
-            if clear || count <= BUNDLE {
-                break (first, bundle, clear);
-            }
-            count = BUNDLE;
-        };
+        let last = self.shadows.get(..self.fresh).unwrap_or_default().iter().rev().take(count);
+        let skipped = world.clear_of(blocks, last.map(|slot| &slot.shadow), work);
+        let clear = skipped > 0;
+        let count = if clear { skipped } else { count.min(BUNDLE) };
+        let first = self.fresh.saturating_sub(count);
+        let bundle = self.shadows.get(first..self.fresh).unwrap_or_default();
         let mut room = [0; AHEAD];
         let most = if clear { 0 } else { self.settings.prefetch.most().min(AHEAD) };
         let ahead = match room.get_mut(..most) {

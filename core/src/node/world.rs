@@ -5,7 +5,7 @@ use crate::material::OpticalDepth;
 use crate::path::PathKey;
 #[cfg(feature = "bundles")]
 use crate::render::Neighbours;
-use crate::render::{Places, Tile, Tiling, Trust, is_clear};
+use crate::render::{BUNDLE, Places, Tile, Tiling, Trust, is_clear};
 use crate::scene::{Material, Needs};
 use crate::shade::{Counts, Direct, PackedHit, Path, PathRay, Point, Shader, Shadow, Sum};
 use crate::trace::{Clip, ClipEntry, Cursor, Query, TraceError, Tracer, Trail, Whole};
@@ -78,18 +78,18 @@ pub trait World {
         None
     }
 
-    /// For how many bundles together it is worth asking [`is_clear`](Self::is_clear) next.
-    fn together(&self) -> usize {
-        1
+    /// How many shadow rays [`clear_of`](Self::clear_of) is asked about next, at most.
+    fn most(&self) -> usize {
+        BUNDLE
     }
 
-    /// Whether nothing is in the way of shadow rays to one light. `false` says nothing.
-    fn is_clear<'r, S: BlockSource<Error = Missing>>(
+    /// Of shadow rays to one light how many, from the first, nothing is in the way of, as far as is known.
+    fn clear_of<'r, S: BlockSource<Error = Missing>>(
         &mut self,
         source: &mut S,
         rays: impl ExactSizeIterator<Item = &'r Shadow> + Clone,
         work: &mut Work,
-    ) -> bool;
+    ) -> usize;
 
     /// The blocks that are not here and that a bundle of shadow rays to one light may touch, the nearest first, as
     /// many as there is room for: how many.
@@ -439,25 +439,22 @@ impl<T: Tracer> World for Picture<'_, T> {
         Some((traced, trail, depth.steps()))
     }
 
-    fn together(&self) -> usize {
-        self.trust.together()
+    fn most(&self) -> usize {
+        self.trust.most()
     }
 
-    fn is_clear<'r, S: BlockSource<Error = Missing>>(
+    fn clear_of<'r, S: BlockSource<Error = Missing>>(
         &mut self,
         source: &mut S,
         rays: impl ExactSizeIterator<Item = &'r Shadow> + Clone,
         work: &mut Work,
-    ) -> bool {
-        if !self.trust.asks() {
-            return false;
-        }
+    ) -> usize {
         let light = rays.clone().next().map_or(u32::MAX, |ray| ray.source);
-        let Some(light) = self.shader.tables().lights.get(light as usize) else { return false };
-        work.clips = work.clips.saturating_add(1);
-        let clear = is_clear(rays, light, source);
-        self.trust.note(clear);
-        clear
+        let Some(light) = self.shader.tables().lights.get(light as usize) else { return 0 };
+        self.trust.clear_of(rays.len(), |len| {
+            work.clips = work.clips.saturating_add(1);
+            is_clear(rays.clone().take(len), light, source)
+        })
     }
 
     fn touched<'r, S: BlockSource<Error = Missing>>(
@@ -570,9 +567,6 @@ impl<T: Tracer> World for Picture<'_, T> {
         BlockView::parse(bytes, block, &self.limits).is_ok()
     }
 }
-
-/// Shadow rays of a bundle, at most.
-pub(super) const BUNDLE: usize = 64;
 
 /// Entries of the list of what a bundle may touch.
 const WINDOW: usize = 32;

@@ -1,6 +1,7 @@
 use super::sort::sort_by_key;
 use super::stack::Stack;
 use super::tile::{Places, Tile};
+use super::trust::BUNDLE;
 use super::{Plan, Sight};
 use crate::block::BlockSource;
 use crate::geometry::Hit;
@@ -239,30 +240,25 @@ impl<'a> Renderer<'a> {
         }
         let mut rest = self.shadows.items();
         while let Some(first) = rest.first() {
-            let source = first.source;
-            let len = rest.iter().take_while(|ray| ray.source == source).count();
-            let Some((mut run, behind)) = rest.split_at_checked(len) else { break };
+            let run = rest.get(..run_len(rest, first.source, work.sight.most())).unwrap_or(rest);
+            let light = tables.lights.get(first.source as usize);
+            let skipped = light.map_or(0, |light| work.sight.clear_of(run, light));
+            let clear = skipped > 0;
+            let len = if clear { skipped } else { run.len().min(BUNDLE) };
+            let Some((bundle, behind)) = rest.split_at_checked(len) else { break };
             rest = behind;
-            let light = tables.lights.get(source as usize);
-            while !run.is_empty() {
-                let clear = light.map_or(0, |light| work.sight.clear_from(run, light));
-                let len = if clear > 0 { clear } else { run.len().min(BUNDLE) };
-                let Some((bundle, left)) = run.split_at_checked(len) else { break };
-                run = left;
-                let Counts { shadow, shadow_clear, .. } = work.counts;
-                let count = if clear > 0 { shadow_clear } else { shadow };
-                *count = count.saturating_add(bundle.len() as u64);
-                for (at, shadow) in bundle.iter().enumerate() {
-                    let depth = if clear > 0 {
-                        OpticalDepth::CLEAR
-                    } else {
-                        work.sight.depth(bundle, at, materials).map_err(RenderError::Trace)?
-                    };
-                    if !depth.is_opaque()
-                        && let Some(sum) = self.sums.get_mut(shadow.pixel as usize)
-                    {
-                        sum.add(unit.quantise(shadow.light() * depth.transmittance()));
-                    }
+            let count = if clear { &mut work.counts.shadow_clear } else { &mut work.counts.shadow };
+            *count = count.saturating_add(bundle.len() as u64);
+            for (at, shadow) in bundle.iter().enumerate() {
+                let depth = if clear {
+                    OpticalDepth::CLEAR
+                } else {
+                    work.sight.depth(bundle, at, materials).map_err(RenderError::Trace)?
+                };
+                if !depth.is_opaque()
+                    && let Some(sum) = self.sums.get_mut(shadow.pixel as usize)
+                {
+                    sum.add(unit.quantise(shadow.light() * depth.transmittance()));
                 }
             }
         }
@@ -271,8 +267,10 @@ impl<'a> Renderer<'a> {
     }
 }
 
-/// Shadow rays of a bundle, at most.
-pub(super) const BUNDLE: usize = 64;
+/// The length of the run of shadow rays to a light that these begin with, as far as `most`: at least 1.
+fn run_len(rays: &[Shadow], source: u32, most: usize) -> usize {
+    rays.iter().take(most).take_while(|ray| ray.source == source).count().max(1)
+}
 
 /// Most children of a point that a ray of this depth finds.
 fn children_of(depth: u32, job: &Job<'_>) -> usize {

@@ -1,7 +1,6 @@
 use super::clear::is_clear;
 #[cfg(feature = "bundles")]
 use super::neighbours::Neighbours;
-use super::renderer::BUNDLE;
 use super::trust::Trust;
 use crate::block::BlockSource;
 use crate::geometry::Hit;
@@ -41,22 +40,15 @@ impl<T: Tracer, S: BlockSource> Sight<T, S> {
         &self.source
     }
 
+    /// How many shadow rays to look at together next, at most.
+    pub(super) const fn most(&self) -> usize {
+        self.trust.most()
+    }
+
     /// How many rays, from the first, nothing can be in the way of, as far as a short search can tell. All go to one light.
-    pub(super) fn clear_from(&mut self, rays: &[Shadow], light: &Light) -> usize {
-        if !self.trust.asks() {
-            return 0;
-        }
-        let mut len = rays.len().min(self.trust.together().saturating_mul(BUNDLE));
-        loop {
-            let bundle = rays.get(..len).unwrap_or(rays);
-            let clear = is_clear(bundle.iter(), light, &mut self.source);
-            self.trust.note(clear);
-            match clear {
-                true => return bundle.len(),
-                false if len > BUNDLE => len = BUNDLE,
-                false => return 0,
-            }
-        }
+    pub(super) fn clear_of(&mut self, rays: &[Shadow], light: &Light) -> usize {
+        let Self { trust, source, .. } = self;
+        trust.clear_of(rays.len(), |len| is_clear(rays.iter().take(len), light, source))
     }
 
     /// The closest hit of `rays[at]`, if `at` goes from 0 up by one.

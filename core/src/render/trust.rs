@@ -1,3 +1,6 @@
+/// Shadow rays of a bundle, at most.
+pub(crate) const BUNDLE: usize = 64;
+
 /// Whether to look if a bundle of shadow rays can be skipped, and how many bundles together.
 ///
 /// A search that leads nowhere costs; where many did, only some bundles are looked into. Where one was of use, the next is for twice as many.
@@ -23,8 +26,35 @@ impl Trust {
         Self { left: MOST, asked: 0, together: 1 }
     }
 
+    /// How many shadow rays to look at next, at most.
+    pub(crate) const fn most(&self) -> usize {
+        BUNDLE.saturating_mul(self.together as usize)
+    }
+
+    /// Of so many rays to one light, how many nothing is in the way of: all, or one bundle of them, or none that is known of. `is_clear` searches for so
+    /// many of them.
+    pub(crate) fn clear_of(
+        &mut self,
+        rays: usize,
+        mut is_clear: impl FnMut(usize) -> bool,
+    ) -> usize {
+        let mut rays = rays;
+        while self.asks() {
+            let clear = is_clear(rays);
+            self.note(clear);
+            if clear {
+                return rays;
+            }
+            if rays <= BUNDLE {
+                break;
+            }
+            rays = BUNDLE;
+        }
+        0
+    }
+
     /// Whether the next bundle is worth a search: none where that is left out.
-    pub(crate) fn asks(&mut self) -> bool {
+    fn asks(&mut self) -> bool {
         if !cfg!(feature = "clips") {
             return false;
         }
@@ -33,16 +63,11 @@ impl Trust {
     }
 
     /// What the search has found.
-    pub(crate) fn note(&mut self, clear: bool) {
+    fn note(&mut self, clear: bool) {
         (self.left, self.together) = if clear {
             (MOST, self.together.saturating_mul(2).min(TOGETHER))
         } else {
             (self.left.saturating_sub(1), 1)
         };
-    }
-
-    /// How many bundles to look at together.
-    pub(crate) const fn together(&self) -> usize {
-        self.together as usize
     }
 }

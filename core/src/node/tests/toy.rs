@@ -220,13 +220,13 @@ impl World for Toy {
         self.ends.get(at).map(|&(traced, trail, _)| (traced, trail, [0; 3]))
     }
 
-    fn is_clear<'r, S: BlockSource<Error = Missing>>(
+    fn clear_of<'r, S: BlockSource<Error = Missing>>(
         &mut self,
         _: &mut S,
         _: impl ExactSizeIterator<Item = &'r Shadow> + Clone,
         _: &mut Work,
-    ) -> bool {
-        false
+    ) -> usize {
+        0
     }
 
     fn touched<'r, S: BlockSource<Error = Missing>>(
