@@ -7,7 +7,7 @@ use kiloray_core::node::{
     Dealing, Next, Node, NodeNeeds, NodePlan, Picture, Placement, PointHome, Prefetch, Rom,
     Schedule, Settings, ShadowPolicy, TaskOrder, Time,
 };
-use kiloray_core::protocol::{Items, Message, write};
+use kiloray_core::protocol::{Items, Message, RayMessage, write};
 use kiloray_core::render::Tiling;
 use kiloray_core::shade::{self, SPLITS, Shader, Tables};
 use kiloray_core::store::{Arena, CHUNK_BYTES, Chunk};
@@ -199,7 +199,7 @@ impl<'a> Bench<'a> {
     }
 }
 
-/// A tile, with all that the node is told on the way: blocks in pieces, refusals, a visitor.
+/// A tile, with all that the node is told on the way: blocks in pieces, refusals, a visitor, and what it has not asked.
 pub(crate) fn streams() -> Vec<Vec<u8>> {
     [Schedule::Hybrid, Schedule::Demand, Schedule::Data]
         .into_iter()
@@ -209,10 +209,16 @@ pub(crate) fn streams() -> Vec<Vec<u8>> {
             let mut memory = vec![Chunk::ZERO; MEMORY / CHUNK_BYTES];
             let mut bench = Bench::new(&mut memory, schedule);
             let visitor = rays()[5].clone();
+            let visitor: RayMessage = bytemuck::pod_read_unaligned(&visitor);
             let mut room = vec![0; bench.payload];
-            let ray = Message::Ray(bytemuck::pod_read_unaligned(&visitor));
-            let len = write(&mut room, 0, &ray).expect("a ray fits");
-            let mut told = vec![(OTHER, Channel::Request, room[..len].to_vec())];
+            let mut tell = |channel: Channel, message: &Message<'_>| {
+                let len = write(&mut room, 0, message).expect("it fits");
+                (OTHER, channel, room[..len].to_vec())
+            };
+            let mut told = vec![
+                tell(Channel::Request, &Message::Ray(visitor)),
+                tell(Channel::Reply, &Message::Refusal { to: visitor.reply }),
+            ];
             for _ in 0..200 {
                 for (from, channel, payload) in told.drain(..) {
                     record(&mut stream, from, channel, &payload);

@@ -104,7 +104,6 @@ fn a_node_renders_what_it_is_told_to() {
         seeds(Target::Node).iter().map(|seed| Run::replay(Target::Node, seed).unwrap()).collect();
     for (answer, parts) in answers.iter().zip([
         ["tiles", "visitors", "evictions"],
-        // It has no room for visitors: none is to be expected.
         ["tiles", "unasked", "evictions"],
         ["tiles", "visitors", "home"],
     ]) {

@@ -140,6 +140,24 @@ impl Aim {
         }
     }
 
+    /// The integral of the cosine over the light, in closed form: what it brings to a white surface of this normal without shadows is the radiance
+    /// times this over π. `None` if it is not wholly above the surface, or there is no such form.
+    #[must_use]
+    pub fn projected(&self, normal: Vec3) -> Option<f32> {
+        match &self.shape {
+            _ if self.cone_cos > -1.0 => None,
+            Shape::Flat(flat) => flat.projected(self.from, normal),
+            Shape::Ball(ball) => ball.projected(normal),
+            Shape::Point(_) | Shape::Cap(_) => None,
+        }
+    }
+
+    /// Its radiance.
+    #[must_use]
+    pub const fn radiance(&self) -> Vec3 {
+        self.radiance
+    }
+
     /// The light's direction for two numbers in [0, 1); `None` if there is nothing to see in it.
     #[must_use]
     pub fn sample(&self, numbers: [f32; 2]) -> Option<Sample> {

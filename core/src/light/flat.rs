@@ -1,5 +1,6 @@
 use super::aim::{Aim, Dark};
 use super::ellipse::Ellipse;
+use super::projected;
 use super::rectangle::Rectangle;
 use super::triangle::SphericalTriangle;
 use crate::elementary::sin_cos_of_turns;
@@ -144,6 +145,18 @@ impl Flat {
             inverse: inverse.unwrap_or(by_area),
             density,
         })
+    }
+
+    /// The integral of the cosine over all of it, if it is wholly above the surface and has corners.
+    pub(super) fn projected(&self, from: Vec3, normal: Vec3) -> Option<f32> {
+        let first = self.position - from;
+        let (second, last) = (first + self.u, first + self.v);
+        let third = match self.kind {
+            LightKind::Parallelogram => second + self.v,
+            LightKind::Triangle => last,
+            _ => return None,
+        };
+        projected::polygon(&[first, second, third, last], self.height, normal)
     }
 
     /// The vector to the plane in a unit direction.

@@ -20,6 +20,7 @@ mod distant;
 mod ellipse;
 mod flat;
 mod locate;
+mod projected;
 mod rectangle;
 mod sphere;
 mod triangle;

@@ -1,4 +1,5 @@
 use super::aim::Dark;
+use super::projected;
 use crate::elementary::sin_cos_of_turns;
 use crate::material::tangents;
 use core::f32::consts::PI;
@@ -38,6 +39,11 @@ impl Ball {
             return Err(Dark::Void);
         }
         Ok(Self { center, radius, axis: to / distance, distance, versine, solid_angle, size })
+    }
+
+    /// The integral of the cosine over all of it, if it is wholly above the surface.
+    pub(super) fn projected(&self, normal: Vec3) -> Option<f32> {
+        projected::sphere(self.axis, 1.0 - self.versine, self.radius / self.distance, normal)
     }
 
     /// Unit direction, distance and outward normal: uniform in the cone of visible directions.

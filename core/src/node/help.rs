@@ -1,6 +1,6 @@
 use super::rays::REFUSED;
 use super::slots::{RaySlot, Stage};
-use super::{Node, ShadowPolicy, Time, World};
+use super::{Lit, Node, ShadowPolicy, Time, World};
 use crate::network::NodeId;
 use crate::path::mix;
 use crate::protocol::Message;
@@ -101,8 +101,10 @@ impl<W: World> Node<'_, W> {
         let Some(helper) = self.helper(most.saturating_add(self.ready.len()).min(HITS)) else {
             return false;
         };
-        let mut lights = self.world.lights(point, None);
-        if self.world.next_shadow(point, &mut lights, &mut Counts::default()).is_none() {
+        let Self { world, blocks, work, .. } = self;
+        let mut lights = world.lights(point, None);
+        let first = world.next_light(blocks, point, &mut lights, &mut Counts::default(), work);
+        if !matches!(first, Some(Lit::By(_))) {
             return false;
         }
         let mut given = RaySlot::new(slot.ray.with_task(Task::Lights), slot.root, slot.since);

@@ -1,7 +1,7 @@
 use glam::Vec3;
 
 use super::slots::{RaySlot, ShadowSlot};
-use super::{Node, RayKind, Time, Traced, World};
+use super::{Lit, Node, RayKind, Time, Traced, World};
 use crate::render::BUNDLE;
 use crate::shade::{PathRay, Shadow};
 use crate::trace::Trail;
@@ -38,12 +38,21 @@ impl<W: World> Node<'_, W> {
         let mut made = 0;
         let mut all = false;
         while made < room {
-            let Self { world, counts, .. } = &mut *self;
-            let Some(mut shadow) = world.next_shadow(point, lights, &mut counts.shade) else {
-                all = true;
-                break;
+            let Self { world, blocks, counts, work, .. } = &mut *self;
+            let mut shadow = match world.next_light(blocks, point, lights, &mut counts.shade, work)
+            {
+                Some(Lit::By(shadow)) => shadow,
+                Some(Lit::Whole(sum)) => {
+                    self.add(root, pixel, sum);
+                    continue;
+                }
+                None => {
+                    all = true;
+                    break;
+                }
             };
             if migrate {
+                let world = &self.world;
                 let ray = PathRay::of_shadow(&shadow, world.shadow_key(point, lights), pixel);
                 if let Some(number) = self.take_slot(RaySlot::new(ray, root, from.since)) {
                     self.enqueue(number);

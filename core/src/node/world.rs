@@ -1,17 +1,10 @@
 use super::{Missing, Work};
-use crate::block::{BlockLimits, BlockSource, BlockView};
-use crate::geometry::{Aabb, Hit, PreparedRay, Pyramid, Ray};
-use crate::material::OpticalDepth;
+use crate::block::BlockSource;
+use crate::geometry::Ray;
 use crate::path::PathKey;
-#[cfg(feature = "bundles")]
-use crate::render::Neighbours;
-use crate::render::{BUNDLE, Places, Tile, Tiling, Trust, is_clear};
-use crate::scene::{Material, Needs};
-use crate::shade::{Counts, Direct, PackedHit, Path, PathRay, Point, Shader, Shadow, Sum};
-use crate::trace::{Clip, ClipEntry, Cursor, Query, TraceError, Tracer, Trail, Whole};
-use crate::view::Camera;
-#[cfg(feature = "bundles")]
-use core::cell::RefCell;
+use crate::render::BUNDLE;
+use crate::shade::{Counts, PackedHit, PathRay, Shadow, Sum};
+use crate::trace::Trail;
 
 /// What a node computes, apart from how it is divided: geometry and light.
 ///
@@ -107,13 +100,15 @@ pub trait World {
     /// Begins, or goes on with, the choice of lights of a point.
     fn lights(&self, point: &Self::Point, saved: Option<[u32; 8]>) -> Self::Lights;
 
-    /// The next shadow ray of a point.
-    fn next_shadow(
-        &self,
+    /// What is next to be known of a point's lights.
+    fn next_light<S: BlockSource<Error = Missing>>(
+        &mut self,
+        source: &mut S,
         point: &Self::Point,
         lights: &mut Self::Lights,
         counts: &mut Counts,
-    ) -> Option<Shadow>;
+        work: &mut Work,
+    ) -> Option<Lit>;
 
     /// The name of the shadow ray that came last.
     fn shadow_key(&self, point: &Self::Point, lights: &Self::Lights) -> PathKey;
@@ -153,6 +148,15 @@ pub struct Ends {
     pub hidden: u64,
 }
 
+/// What a point asks of its lights.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Lit {
+    /// Whether anything is in the way of a shadow ray.
+    By(Shadow),
+    /// Nothing: all of a light is seen, and brings this.
+    Whole(Sum),
+}
+
 /// How far a ray has come.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Traced {
@@ -167,406 +171,10 @@ pub enum Traced {
 #[cfg(feature = "bundles")]
 impl Traced {
     /// Of a ray that has stopped there, or not at all.
-    fn of(stopped: Option<Trail>) -> (Self, Trail) {
+    pub(super) fn of(stopped: Option<Trail>) -> (Self, Trail) {
         match stopped {
             Some(trail) => (Self::Missing(trail.block()), trail),
             None => (Self::Done, Trail::START),
         }
     }
 }
-
-/// A picture of a scene.
-#[derive(Debug)]
-pub struct Picture<'a, T> {
-    tracer: T,
-    shader: Shader<'a>,
-    camera: Camera,
-    tiling: Tiling,
-    limits: BlockLimits,
-    cursor: Cursor,
-    /// The tile of the last camera ray, and where it lies.
-    opened: (u32, Option<Tile>),
-    /// Where rays are traced together.
-    #[cfg(feature = "bundles")]
-    room: Option<&'a RefCell<Neighbours>>,
-    trust: Trust,
-}
-
-impl<'a, T: Tracer> Picture<'a, T> {
-    /// The picture that `camera` takes, in the tiles of `tiling`. The order of the tiles follows from the shader's seed.
-    #[must_use]
-    pub const fn new(
-        tracer: T,
-        shader: Shader<'a>,
-        camera: Camera,
-        tiling: Tiling,
-        limits: BlockLimits,
-    ) -> Self {
-        Self {
-            tracer,
-            shader,
-            camera,
-            tiling,
-            limits,
-            cursor: Cursor::new(),
-            opened: (u32::MAX, None),
-            #[cfg(feature = "bundles")]
-            room: None,
-            trust: Trust::new(),
-        }
-    }
-
-    /// Traces rays together that are alike, in a room that it may share with other nodes: what is in it between two steps does not matter.
-    #[cfg(feature = "bundles")]
-    #[must_use]
-    pub const fn together_in(mut self, room: &'a RefCell<Neighbours>) -> Self {
-        self.room = Some(room);
-        self
-    }
-
-    /// Traces rays together in its room: how many.
-    #[cfg(feature = "bundles")]
-    fn together(
-        &self,
-        work: &mut Work,
-        trace: impl FnOnce(&mut Neighbours) -> (usize, Result<(), TraceError<Missing>>),
-    ) -> usize {
-        let Some(Ok(mut room)) = self.room.map(RefCell::try_borrow_mut) else { return 0 };
-        let (count, traced) = trace(&mut room);
-        let visited = room.take_visited();
-        work.bundle_rays = work.bundle_rays.saturating_add(count as u64);
-        work.bundle_nodes = work.bundle_nodes.saturating_add(visited.nodes);
-        work.bundle_boxes = work.bundle_boxes.saturating_add(visited.boxes);
-        work.bundle_triangles = work.bundle_triangles.saturating_add(visited.triangles);
-        work.nodes = work.nodes.saturating_add(visited.single.nodes);
-        work.leaves = work.leaves.saturating_add(visited.single.leaves);
-        work.blocks = work.blocks.saturating_add(visited.single.blocks);
-        work.blocks = work.blocks.saturating_add(visited.blocks);
-        match traced {
-            Ok(()) | Err(TraceError::Source(Missing(_))) => count,
-            // Each ray finds out for itself.
-            Err(TraceError::Corrupt { .. }) => 0,
-        }
-    }
-
-    /// Goes on to the next bundle of a point, if there is one.
-    ///
-    /// A function of its own: among the rays of a bundle, all of the bundle would be loaded and stored for each of them.
-    #[inline(never)]
-    fn next_bundle(&self, point: &Point, lights: &mut Lights, counts: &mut Counts) -> bool {
-        lights.before = lights.direct;
-        let mut counted = Counts::default();
-        lights.bundle = self.shader.next_bundle(point, &mut lights.direct, &mut counted);
-        if !core::mem::take(&mut lights.again) {
-            counts.add(&counted);
-        }
-        lights.bundle.is_some()
-    }
-
-    /// Goes on with a ray. All rays come here, so that the traversal is there once in the code of a node, and not once for each question.
-    #[inline(never)]
-    fn ask<S: BlockSource<Error = Missing>>(
-        &mut self,
-        source: &mut S,
-        ray: &Ray,
-        trail: &mut Trail,
-        asked: &mut Asked<'_>,
-        work: &mut Work,
-    ) -> Traced {
-        let ended = self.tracer.continue_query(&mut self.cursor, source, ray, trail, asked);
-        let visited = self.cursor.take_visited();
-        work.nodes = work.nodes.saturating_add(visited.nodes);
-        work.leaves = work.leaves.saturating_add(visited.leaves);
-        work.blocks = work.blocks.saturating_add(visited.blocks);
-        match ended {
-            Ok(()) => Traced::Done,
-            Err(TraceError::Source(Missing(block))) => {
-                *trail = self.cursor.trail();
-                Traced::Missing(block)
-            }
-            Err(TraceError::Corrupt { block }) => Traced::Corrupt(block),
-        }
-    }
-}
-
-/// What is asked of a ray.
-enum Asked<'a> {
-    /// Its closest hit.
-    Closest(Option<Hit>),
-    /// What is in the way of a shadow ray: all stops it, or what these materials do not let pass.
-    Depth(OpticalDepth, Option<&'a [Material]>, &'a Ray),
-}
-
-impl Query for Asked<'_> {
-    #[inline(always)]
-    fn shorten(&self, ray: &mut PreparedRay) {
-        if let Self::Closest(best) = self {
-            best.shorten(ray);
-        }
-    }
-
-    #[inline(always)]
-    fn hit(&mut self, prepared: &mut PreparedRay, t: f32, hit: &impl Whole) -> bool {
-        match self {
-            Self::Closest(best) => best.hit(prepared, t, hit),
-            Self::Depth(sum, Some(materials), ray) if cfg!(feature = "transparent") => {
-                sum.cross(materials, ray, &hit.whole())
-            }
-            Self::Depth(sum, ..) => {
-                *sum = OpticalDepth::OPAQUE;
-                true
-            }
-        }
-    }
-}
-
-/// The choice of lights of a point, in the midst of a bundle.
-#[derive(Debug)]
-pub struct Lights {
-    direct: Direct,
-    /// As it was before the bundle.
-    before: Direct,
-    bundle: Option<crate::shade::Bundle>,
-    next: u32,
-    /// It was taken up again: the bundle has been counted.
-    again: bool,
-}
-
-impl<T: Tracer> World for Picture<'_, T> {
-    type Point = Point;
-    type Lights = Lights;
-
-    fn tile_pixels(&self, tile: u32) -> usize {
-        let tile = self.tiling.shuffled(tile, self.shader.settings().seed);
-        tile.map_or(0, |tile| (tile.width as usize).saturating_mul(tile.height as usize))
-    }
-
-    fn camera(&mut self, tile: u32, next: &mut [u32; 3]) -> Option<PathRay> {
-        let settings = self.shader.settings();
-        if self.opened.0 != tile {
-            self.opened = (tile, self.tiling.shuffled(tile, settings.seed));
-        }
-        let mut places = Places::resume(self.opened.1?, settings.samples, *next);
-        let place = places.next()?;
-        *next = places.state();
-        let pixel = place.y.wrapping_mul(self.tiling.width()).wrapping_add(place.x);
-        let key = PathKey::camera(settings.seed, pixel, place.sample);
-        let ray = self.camera.ray(place.x, place.y, key);
-        Some(PathRay::new(&ray, &Path::camera(key), place.pixel))
-    }
-
-    #[inline]
-    fn closest<S: BlockSource<Error = Missing>>(
-        &mut self,
-        source: &mut S,
-        ray: &PathRay,
-        trail: &mut Trail,
-        best: &mut PackedHit,
-        work: &mut Work,
-    ) -> Traced {
-        work.rays = work.rays.saturating_add(1);
-        let mut asked = Asked::Closest(best.get());
-        let traced = self.ask(source, &ray.ray(), trail, &mut asked, work);
-        if let (Asked::Closest(hit), Traced::Done | Traced::Missing(_)) = (&asked, traced) {
-            *best = PackedHit::new(hit.as_ref());
-        }
-        traced
-    }
-
-    #[inline]
-    fn shadow<S: BlockSource<Error = Missing>>(
-        &mut self,
-        source: &mut S,
-        ray: &Ray,
-        trail: &mut Trail,
-        depth: &mut [u32; 3],
-        work: &mut Work,
-    ) -> Traced {
-        work.shadow_rays = work.shadow_rays.saturating_add(1);
-        let tables = self.shader.tables();
-        let passable = tables.needs.any(Needs::TRANSPARENT).then_some(tables.materials);
-        let mut asked = Asked::Depth(OpticalDepth::of_steps(*depth), passable, ray);
-        let traced = self.ask(source, ray, trail, &mut asked, work);
-        if let Asked::Depth(sum, ..) = asked {
-            *depth = sum.steps();
-        }
-        traced
-    }
-
-    #[cfg(feature = "bundles")]
-    fn closest_together<'r, S: BlockSource<Error = Missing>>(
-        &mut self,
-        source: &mut S,
-        rays: impl Iterator<Item = &'r PathRay>,
-        work: &mut Work,
-    ) -> usize {
-        let tracer = self.tracer;
-        self.together(work, |room| room.trace(tracer, source, rays.map(PathRay::ray)))
-    }
-
-    #[cfg(feature = "bundles")]
-    fn closest_end(&self, at: usize) -> Option<(Traced, Trail, PackedHit)> {
-        let room = self.room?.try_borrow().ok()?;
-        let (traced, trail) = Traced::of(room.stopped(at));
-        Some((traced, trail, PackedHit::new(room.hit(at))))
-    }
-
-    #[cfg(feature = "bundles")]
-    fn shadows_together<S: BlockSource<Error = Missing>>(
-        &mut self,
-        source: &mut S,
-        rays: impl Iterator<Item = Ray>,
-        work: &mut Work,
-    ) -> Ends {
-        if self.shader.tables().needs.any(Needs::TRANSPARENT) {
-            return Ends::default();
-        }
-        let tracer = self.tracer;
-        let count = self.together(work, |room| room.ask(tracer, source, rays));
-        let room = self.room.and_then(|room| room.try_borrow().ok());
-        room.map_or_else(Ends::default, |room| Ends {
-            count,
-            stopped: room.all_stopped(),
-            hidden: room.all_hidden(),
-        })
-    }
-
-    #[cfg(feature = "bundles")]
-    fn shadow_end(&self, at: usize) -> Option<(Traced, Trail, [u32; 3])> {
-        let room = self.room?.try_borrow().ok()?;
-        let (traced, trail) = Traced::of(room.stopped(at));
-        let depth = if room.is_hidden(at) { OpticalDepth::OPAQUE } else { OpticalDepth::CLEAR };
-        Some((traced, trail, depth.steps()))
-    }
-
-    fn most(&self) -> usize {
-        self.trust.most()
-    }
-
-    fn clear_of<'r, S: BlockSource<Error = Missing>>(
-        &mut self,
-        source: &mut S,
-        rays: impl ExactSizeIterator<Item = &'r Shadow> + Clone,
-        work: &mut Work,
-    ) -> usize {
-        let light = rays.clone().next().map_or(u32::MAX, |ray| ray.source);
-        let Some(light) = self.shader.tables().lights.get(light as usize) else { return 0 };
-        self.trust.clear_of(rays.len(), |len| {
-            work.clips = work.clips.saturating_add(1);
-            is_clear(rays.clone().take(len), light, source)
-        })
-    }
-
-    fn touched<'r, S: BlockSource<Error = Missing>>(
-        &mut self,
-        source: &mut S,
-        rays: impl ExactSizeIterator<Item = &'r Shadow> + Clone,
-        room: &mut [u32],
-        work: &mut Work,
-    ) -> usize {
-        if !cfg!(feature = "clips") {
-            return 0;
-        }
-        let light = rays.clone().next().map_or(u32::MAX, |ray| ray.source);
-        let Some(light) = self.shader.tables().lights.get(light as usize) else { return 0 };
-        let Ok(nesting) = source.block(0).map(|root| root.header().nesting) else { return 0 };
-        let from = rays.fold(Aabb::EMPTY, |from, ray| from.with(ray.ray().origin));
-        let mut window = [ClipEntry::EMPTY; WINDOW];
-        let pyramid = Pyramid::to_light(&from, light);
-        let Some(mut clip) = Clip::new(pyramid, nesting, &mut window) else { return 0 };
-        // A block that is not sound is found out by who traces it.
-        let _ = clip.round(source);
-        work.clips = work.clips.saturating_add(1);
-        work.nodes = work.nodes.saturating_add(u64::from(clip.counts().boxes / 8));
-        let blocks = clip.waiting().map(|entry| entry.block);
-        room.iter_mut().zip(blocks).map(|(place, block)| *place = block).count()
-    }
-
-    fn arrive(&self, ray: &PathRay, hit: &PackedHit) -> (Sum, Option<Point>) {
-        self.shader.arrive(&ray.path(), &ray.ray(), hit.get().as_ref())
-    }
-
-    fn lights(&self, point: &Point, saved: Option<[u32; 8]>) -> Lights {
-        match saved {
-            None => {
-                let direct = self.shader.direct(point);
-                Lights { direct, before: direct, bundle: None, next: 0, again: false }
-            }
-            Some([a, b, c, d, e, f, next, _]) => {
-                let direct = Direct::unpack([a, b, c, d, e, f]);
-                Lights { direct, before: direct, bundle: None, next, again: next > 0 }
-            }
-        }
-    }
-
-    #[inline]
-    fn next_shadow(
-        &self,
-        point: &Point,
-        lights: &mut Lights,
-        counts: &mut Counts,
-    ) -> Option<Shadow> {
-        loop {
-            if let Some(bundle) = &lights.bundle {
-                while lights.next < bundle.len {
-                    let j = lights.next;
-                    lights.next = j.saturating_add(1);
-                    match self.shader.shadow_ray(point, bundle, j) {
-                        Some(shadow) => return Some(Shadow::new(&shadow, bundle.light, 0)),
-                        None => counts.shadow_dark = counts.shadow_dark.saturating_add(1),
-                    }
-                }
-                lights.next = 0;
-            }
-            if !self.next_bundle(point, lights, counts) {
-                return None;
-            }
-        }
-    }
-
-    fn shadow_key(&self, point: &Point, lights: &Lights) -> PathKey {
-        let light = lights.bundle.map_or(0, |bundle| bundle.light);
-        point.path.key.child(!light).child(lights.next.saturating_sub(1))
-    }
-
-    fn save(&self, lights: &Lights) -> [u32; 8] {
-        let from = if lights.bundle.is_some() { lights.before } else { lights.direct };
-        let [a, b, c, d, e, f] = from.pack();
-        [a, b, c, d, e, f, lights.next, 1]
-    }
-
-    #[cfg(feature = "specular")]
-    fn children(&self, point: &Point, pixel: u16, counts: &mut Counts) -> [Option<PathRay>; 2] {
-        self.shader
-            .children(point, counts)
-            .map(|child| child.map(|child| PathRay::new(&child.ray, &child.path, pixel)))
-    }
-
-    #[cfg(not(feature = "specular"))]
-    fn children(&self, _: &Point, _: u16, _: &mut Counts) -> [Option<PathRay>; 2] {
-        [None; 2]
-    }
-
-    fn passes_on(&self, point: &Point) -> bool {
-        point.passes_on()
-    }
-
-    fn passed(&self, light: glam::Vec3, depth: [u32; 3]) -> Sum {
-        let depth = OpticalDepth::of_steps(depth);
-        if depth.is_opaque() {
-            return Sum::ZERO;
-        }
-        self.shader.unit().quantise(light * depth.transmittance())
-    }
-
-    fn splits(&self, depth: u32) -> usize {
-        self.shader.splits(depth)
-    }
-
-    fn check(&self, block: u32, bytes: &[u8]) -> bool {
-        BlockView::parse(bytes, block, &self.limits).is_ok()
-    }
-}
-
-/// Entries of the list of what a bundle may touch.
-const WINDOW: usize = 32;

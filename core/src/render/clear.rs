@@ -4,7 +4,7 @@ use crate::geometry::{Aabb, Planes, PreparedRay, Primitive, Pyramid};
 use crate::scene::Light;
 use crate::shade::Shadow;
 use crate::trace::{ClipFrame, primitives};
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 
 /// Boxes that are looked at before a bundle is taken for hidden and traced: the search may cost a fraction of the tracing at most.
 const BOXES_MAX: u32 = 64;
@@ -32,14 +32,22 @@ pub(crate) fn is_clear<'a, S: BlockSource>(
         return false;
     }
     let from = rays.clone().fold(Aabb::EMPTY, |from, ray| from.with(ray.ray().origin));
-    let pyramid = Pyramid::to_light(&from, light);
-    let mut search = Search { pyramid, rays, boxes: 0 };
-    search.run(source).unwrap_or(false)
+    let is_behind = |primitive: &Primitive| is_left_behind(rays.clone(), primitive);
+    holds_only(Pyramid::to_light(&from, light), source, is_behind)
 }
 
-struct Search<R> {
+/// Whether all that a pyramid touches is behind the rays in it. `false` says nothing.
+pub(super) fn holds_only<S: BlockSource>(
     pyramid: Pyramid,
-    rays: R,
+    source: &mut S,
+    is_behind: impl FnMut(&Primitive) -> bool,
+) -> bool {
+    Search { pyramid, is_behind, boxes: 0 }.run(source).unwrap_or(false)
+}
+
+struct Search<F> {
+    pyramid: Pyramid,
+    is_behind: F,
     boxes: u32,
 }
 
@@ -61,7 +69,7 @@ enum Leave {
     Answer(bool),
 }
 
-impl<'a, R: Iterator<Item = &'a Shadow> + Clone> Search<R> {
+impl<F: FnMut(&Primitive) -> bool> Search<F> {
     /// The answer; `None` if a block cannot be had or is not sound, which tracing will find out.
     fn run<S: BlockSource>(&mut self, source: &mut S) -> Option<bool> {
         let root = Level { block: 0, node: 0, next: 0, planes: Planes::ALL };
@@ -133,30 +141,79 @@ impl<'a, R: Iterator<Item = &'a Shadow> + Clone> Search<R> {
     }
 
     /// Whether a primitive of a leaf may be in the way.
-    fn is_obstructed(&self, view: &BlockView<'_>, first: u16, count: u16, planes: Planes) -> bool {
+    fn is_obstructed(
+        &mut self,
+        view: &BlockView<'_>,
+        first: u16,
+        count: u16,
+        planes: Planes,
+    ) -> bool {
+        let Self { pyramid, is_behind, .. } = self;
         (first..first.saturating_add(count)).filter_map(|index| view.record(index)).any(|record| {
-            primitives(view, record)
-                .any(|p| self.pyramid.touches(&p, planes) && !self.is_left_behind(&p))
+            primitives(view, record).any(|p| pyramid.touches(&p, planes) && !is_behind(&p))
         })
     }
+}
 
-    /// Whether every ray begins off a triangle's plane and goes away from it.
-    fn is_left_behind(&self, primitive: &Primitive) -> bool {
-        let Primitive::Triangle { vertices, .. } = primitive else { return false };
+/// Whether every ray begins off a triangle's plane and goes away from it.
+fn is_left_behind<'a>(mut rays: impl Iterator<Item = &'a Shadow>, primitive: &Primitive) -> bool {
+    let Some(plane) = FacePlane::new(primitive) else { return false };
+    rays.all(|shadow| {
+        let ray = shadow.ray();
+        let along = plane.normal.dot(ray.direction.as_dvec3());
+        // No NaN.
+        match plane.side_of(ray.origin) {
+            Some(Side::Front) => along > 0.0,
+            Some(Side::Back) => along < 0.0,
+            None => false,
+        }
+    })
+}
+
+/// The plane of a triangle, and how near to it a ray may come without a chance of hitting the triangle.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct FacePlane {
+    vertices: [Vec3; 3],
+    /// Not of unit length.
+    pub(super) normal: DVec3,
+    pub(super) length: f64,
+}
+
+/// A side of a triangle's plane, farther off than the triangle's test can err.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Side {
+    Front,
+    Back,
+}
+
+impl FacePlane {
+    /// `None` for other primitives, and for a triangle that is a line.
+    pub(super) fn new(primitive: &Primitive) -> Option<Self> {
+        let Primitive::Triangle { vertices, .. } = *primitive else { return None };
         let [v0, v1, v2] = vertices.map(Vec3::as_dvec3);
         let normal = (v1 - v0).cross(v2 - v0);
         let length = libm::sqrt(normal.length_squared());
-        let error = f64::from(PreparedRay::TRIANGLE_ERROR) * 1.01;
-        length > 0.0
-            && self.rays.clone().all(|shadow| {
-                let ray = shadow.ray();
-                let o = ray.origin.as_dvec3();
-                let far = (v0 - o).abs().max((v1 - o).abs()).max((v2 - o).abs()).max_element();
-                let height = normal.dot(o - v0);
-                let along = normal.dot(ray.direction.as_dvec3());
-                // On the same side, and no NaN.
-                height.abs() > error * far * length
-                    && (height > 0.0 && along > 0.0 || height < 0.0 && along < 0.0)
-            })
+        (length > 0.0).then_some(Self { vertices, normal, length })
+    }
+
+    pub(super) const fn vertices(&self) -> [Vec3; 3] {
+        self.vertices
+    }
+
+    /// The side of a point, if it is far enough off.
+    pub(super) fn side_of(&self, point: Vec3) -> Option<Side> {
+        const ERROR: f64 = PreparedRay::TRIANGLE_ERROR as f64 * 1.01;
+        let p = point.as_dvec3();
+        let [v0, v1, v2] = self.vertices.map(|v| v.as_dvec3() - p);
+        let far = v0.abs().max(v1.abs()).max(v2.abs()).max_element();
+        let height = -self.normal.dot(v0);
+        let least = ERROR * far * self.length;
+        if height > least {
+            Some(Side::Front)
+        } else if height < -least {
+            Some(Side::Back)
+        } else {
+            None
+        }
     }
 }

@@ -25,6 +25,7 @@
 //! takes a slot only if one stays for each deeper bounce") for a stack. Batches shrink as the stack fills, down to a single ray.
 
 mod clear;
+mod clearing;
 #[cfg(feature = "bundles")]
 mod neighbours;
 mod plan;
@@ -37,6 +38,7 @@ mod tile;
 mod trust;
 
 pub(crate) use clear::is_clear;
+pub(crate) use clearing::Clearing;
 #[cfg(feature = "bundles")]
 pub use neighbours::Neighbours;
 pub use plan::{Plan, PlanSettings, SceneSize};

@@ -211,9 +211,20 @@ impl<'a> Renderer<'a> {
     ) -> Result<(), RenderError<S::Error>> {
         let shader = work.job.shader;
         let mut direct = shader.direct(point);
-        while let Some(bundle) = shader.next_bundle(point, &mut direct, work.counts) {
+        while let Some(mut bundle) = shader.next_bundle(point, &mut direct, work.counts) {
+            if let Some(whole) = bundle.unshadowed()
+                && let Some(light) = shader.tables().lights.get(bundle.light as usize)
+                && work.sight.shows((bundle.light, light), &point.surface, bundle.len)
+            {
+                if let Some(sum) = self.sums.get_mut(usize::from(pixel)) {
+                    sum.add(shader.unit().quantise(whole));
+                }
+                let count = &mut work.counts.shadow_clear;
+                *count = count.saturating_add(u64::from(bundle.len));
+                continue;
+            }
             for j in 0..bundle.len {
-                let Some(shadow) = shader.shadow_ray(point, &bundle, j) else {
+                let Some(shadow) = shader.shadow_ray(point, &mut bundle, j) else {
                     work.counts.shadow_dark = work.counts.shadow_dark.saturating_add(1);
                     continue;
                 };

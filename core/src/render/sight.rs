@@ -1,10 +1,11 @@
 use super::clear::is_clear;
+use super::clearing::Clearing;
 #[cfg(feature = "bundles")]
 use super::neighbours::Neighbours;
 use super::trust::Trust;
 use crate::block::BlockSource;
 use crate::geometry::Hit;
-use crate::material::OpticalDepth;
+use crate::material::{OpticalDepth, Surface};
 use crate::scene::{Light, Material};
 use crate::shade::{PathRay, Shadow};
 use crate::trace::{Cursor, TraceError, Tracer};
@@ -18,7 +19,11 @@ pub struct Sight<T, S> {
     #[cfg(feature = "bundles")]
     neighbours: Neighbours,
     trust: Trust,
+    clearings: [Clearing; CLEARINGS],
 }
+
+/// Lights of which clearings are known, at most.
+const CLEARINGS: usize = if cfg!(feature = "clips") { 8 } else { 0 };
 
 impl<T: Tracer, S: BlockSource> Sight<T, S> {
     /// Rays traced by `tracer` through the blocks of `source`.
@@ -31,6 +36,7 @@ impl<T: Tracer, S: BlockSource> Sight<T, S> {
             #[cfg(feature = "bundles")]
             neighbours: Neighbours::new(),
             trust: Trust::new(),
+            clearings: [Clearing::new(); CLEARINGS],
         }
     }
 
@@ -49,6 +55,15 @@ impl<T: Tracer, S: BlockSource> Sight<T, S> {
     pub(super) fn clear_of(&mut self, rays: &[Shadow], light: &Light) -> usize {
         let Self { trust, source, .. } = self;
         trust.clear_of(rays.len(), |len| is_clear(rays.iter().take(len), light, source))
+    }
+
+    /// Whether all of a light that is wholly above a surface is known to be seen from there.
+    pub(super) fn shows(&mut self, light: (u32, &Light), surface: &Surface, rays: u32) -> bool {
+        let Self { clearings, source, .. } = self;
+        let place = (light.0 as usize).checked_rem(CLEARINGS);
+        place
+            .and_then(|place| clearings.get_mut(place))
+            .is_some_and(|clearing| clearing.shows(light, surface, rays, source, &mut 0))
     }
 
     /// The closest hit of `rays[at]`, if `at` goes from 0 up by one.

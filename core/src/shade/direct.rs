@@ -1,9 +1,11 @@
+use super::deal::Deal;
 use super::path::{is_seen, share};
-use super::{Counts, Point, Shader};
+use super::{Counts, Path, Point, Shader};
 use crate::geometry::Ray;
-use crate::light::{Aim, Dark};
+use crate::light::{Aim, Dark, Sample};
 use crate::random::{Purpose, Sequence};
 use crate::scene::Light;
+use core::f32::consts::FRAC_1_PI;
 use glam::Vec3;
 
 /// The light sampling of a point: its bundles of shadow rays, one after the other.
@@ -42,6 +44,7 @@ pub struct Bundle {
     /// One over the number of rays and the probability of the bundle.
     scale: f32,
     seen: bool,
+    deal: Deal,
 }
 
 /// A shadow ray, and the light that it brings to the pixel if nothing is in its way.
@@ -123,6 +126,10 @@ impl Shader<'_> {
             count *= libm::sqrtf(part * point.path.importance().clamp(0.0, 1.0));
         }
         let len = (libm::ceilf(count * 0.75) as u32).max(1).next_power_of_two();
+        let deal = match unshadowed(point, &aim, len) {
+            Some(light) => Deal::new(light / probability, &self.unit()),
+            None => Deal::UNKNOWN,
+        };
         Bundle {
             light: index,
             len,
@@ -130,16 +137,37 @@ impl Shader<'_> {
             sequence: Sequence::new(point.path.key, Purpose::Light(index)),
             scale: 1.0 / (len as f32 * probability),
             seen: is_seen(light, |material| self.emits(material)),
+            deal,
         }
     }
 
-    /// Shadow ray `j` of a bundle; `None` if its light would not count.
+    /// Shadow ray `j` of a bundle; `None` if its light would not count. They are made one after the other, from 0 up.
     #[must_use]
-    pub fn shadow_ray(&self, point: &Point, bundle: &Bundle, j: u32) -> Option<ShadowRay> {
+    pub fn shadow_ray(&self, point: &Point, bundle: &mut Bundle, j: u32) -> Option<ShadowRay> {
+        let index = point.path.key.sample.wrapping_mul(bundle.len).wrapping_add(j);
+        let sample = bundle.aim.sample(bundle.sequence.point(index))?;
+        // The last of those that share a known light takes what is left of it. Of a lamp whose light is known, no sample is lost.
+        let last = bundle.deal.is_known() && j.wrapping_add(1) == bundle.len;
+        let light = if last {
+            bundle.deal.rest()
+        } else {
+            bundle.deal.take(self.sampled(point, bundle, &sample))
+        };
+        if light.max_element().is_nan() || light.max_element() <= 0.0 {
+            return None;
+        }
+        let origin = point.surface.origin(sample.direction);
+        let ray = match sample.end {
+            Some(end) => Ray { origin, direction: end - origin, t_min: 0.0, t_max: 1.0 },
+            None => Ray { origin, direction: sample.direction, t_min: 0.0, t_max: f32::INFINITY },
+        };
+        Some(ShadowRay { ray, light })
+    }
+
+    /// The light that a sample brings to the pixel if nothing is in its way.
+    fn sampled(&self, point: &Point, bundle: &Bundle, sample: &Sample) -> Vec3 {
         let path = &point.path;
         let surface = &point.surface;
-        let index = path.key.sample.wrapping_mul(bundle.len).wrapping_add(j);
-        let sample = bundle.aim.sample(bundle.sequence.point(index))?;
         let response = point.bsdf.evaluate(surface, sample.direction);
         let mut answer = response.diffuse;
         if response.density > 0.0 {
@@ -150,16 +178,7 @@ impl Shader<'_> {
             answer += response.gloss * kept;
         }
         let passed = self.absorbed(path.medium, sample.distance);
-        let light = path.throughput * passed * answer * (sample.power * bundle.scale);
-        if light.max_element().is_nan() || light.max_element() <= 0.0 {
-            return None;
-        }
-        let origin = surface.origin(sample.direction);
-        let ray = match sample.end {
-            Some(end) => Ray { origin, direction: end - origin, t_min: 0.0, t_max: 1.0 },
-            None => Ray { origin, direction: sample.direction, t_min: 0.0, t_max: f32::INFINITY },
-        };
-        Some(ShadowRay { ray, light })
+        path.throughput * passed * answer * (sample.power * bundle.scale)
     }
 
     /// How much light sampling of this density counts against one ray: it takes several samples.
@@ -172,11 +191,41 @@ impl Shader<'_> {
     }
 }
 
+/// What a light brings to the pixel if nothing is in its way, in closed form: of lights of some shapes, to flat diffuse surfaces in clear air.
+///
+/// One ray alone does not share it: it would weigh all parts of the light alike.
+fn unshadowed(point: &Point, aim: &Aim, rays: u32) -> Option<Vec3> {
+    let Point { surface, bsdf, path, .. } = point;
+    let flat = surface.shading == surface.normal;
+    #[cfg(feature = "specular")]
+    let flat = flat && bsdf.gloss.alpha <= 0.0;
+    if rays < 2 || !flat || path.medium != Path::AIR {
+        return None;
+    }
+    let projected = aim.projected(surface.normal)?;
+    let light = path.throughput * bsdf.diffuse * aim.radiance() * (projected * FRAC_1_PI);
+    (light.max_element() > 0.0 && light.max_element() < LIGHT_MAX).then_some(light)
+}
+
+/// Brighter light could overflow while it is dealt out.
+const LIGHT_MAX: f32 = 1e30;
+
 impl Bundle {
-    /// The same with another number of rays.
+    /// The light of all its rays together, before any is made, if it is known: what they bring if nothing is in the way of the light.
+    #[must_use]
+    pub fn unshadowed(&self) -> Option<Vec3> {
+        self.deal.is_known().then(|| self.deal.rest())
+    }
+
+    /// The same with another number of rays, each as a sample.
     #[cfg(test)]
     pub(super) fn resized(self, len: u32) -> Self {
-        Self { len, scale: self.scale * (self.len as f32 / len as f32), ..self }
+        Self {
+            len,
+            scale: self.scale * (self.len as f32 / len as f32),
+            deal: Deal::UNKNOWN,
+            ..self
+        }
     }
 }
 

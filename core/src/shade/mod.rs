@@ -8,6 +8,13 @@
 //! Every ray carries the part of its light that reaches the pixel, so what it brings is a [`Sum`] in the unit of the picture. Sums are integers: who adds
 //! them, where and in what order, does not matter, and an answer can go to the parent, or past it to whoever waits for that.
 //!
+//! # Light that is known without shadows
+//!
+//! What a lamp of simple shape brings to a diffuse surface is known in closed form ([`Aim::projected`](crate::light::Aim::projected)), as long as nothing
+//! is in the way. A bundle of shadow rays then [deals out](Bundle::unshadowed) exactly that, each ray about the light that it would bring as a sample: so
+//! what the samples of a lamp lack or exceed is no error where all of it is seen, and who knows that all of it is seen need not make the rays.
+//! (Heitz, Hill, McGuire 2018, "Combining analytic direct illumination and stochastic shadows", weigh with the quotient of both instead.)
+//!
 //! # No light twice
 //!
 //! Diffuse surfaces see lights by shadow rays only, perfect mirrors and clear panes by specular rays only. A glossy lobe sees them by both, and each light is shared
@@ -17,6 +24,7 @@
 #[cfg(feature = "specular")]
 mod children;
 mod counts;
+mod deal;
 mod direct;
 mod packed;
 mod path;

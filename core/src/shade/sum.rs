@@ -28,6 +28,11 @@ impl Unit {
         Self { steps: power_of_two(-exponent), step: power_of_two(exponent) }
     }
 
+    /// The radiance of a step.
+    pub(super) const fn step(&self) -> f32 {
+        self.step
+    }
+
     /// Light in steps, to the nearest. NaN, infinity and what is negative count as none; what is too bright is cut off.
     #[must_use]
     pub fn quantise(&self, light: Vec3) -> Sum {

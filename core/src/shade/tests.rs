@@ -14,6 +14,7 @@ mod direct;
 mod furnace;
 #[cfg(feature = "specular")]
 mod specular;
+mod unshadowed;
 
 /// A scene, and its tracer.
 #[derive(Default)]

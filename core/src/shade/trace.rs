@@ -82,8 +82,8 @@ impl Shader<'_> {
     ) -> Result<Sum, V::Error> {
         let mut sum = Sum::ZERO;
         let mut direct = self.direct(point);
-        while let Some(bundle) = self.next_bundle(point, &mut direct, counts) {
-            sum.add(self.lit_by(visibility, point, &bundle, counts)?);
+        while let Some(mut bundle) = self.next_bundle(point, &mut direct, counts) {
+            sum.add(self.lit_by(visibility, point, &mut bundle, counts)?);
         }
         Ok(sum)
     }
@@ -92,7 +92,7 @@ impl Shader<'_> {
         &self,
         visibility: &mut V,
         point: &Point,
-        bundle: &Bundle,
+        bundle: &mut Bundle,
         counts: &mut Counts,
     ) -> Result<Sum, V::Error> {
         let none =

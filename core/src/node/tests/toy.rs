@@ -1,6 +1,6 @@
 //! A scene of nothing but rules: what a ray meets follows from its name.
 
-use super::super::{Ends, Missing, Traced, Work, World};
+use super::super::{Ends, Lit, Missing, Traced, Work, World};
 use crate::block::BlockSource;
 use crate::geometry::{Hit, Primitive, Ray};
 use crate::path::PathKey;
@@ -249,15 +249,17 @@ impl World for Toy {
         ToyLights(saved.map_or(0, |saved| saved[0]))
     }
 
-    fn next_shadow(
-        &self,
+    fn next_light<S: BlockSource<Error = Missing>>(
+        &mut self,
+        _: &mut S,
         point: &ToyPoint,
         lights: &mut ToyLights,
         _: &mut Counts,
-    ) -> Option<Shadow> {
+        _: &mut Work,
+    ) -> Option<Lit> {
         let j = lights.0;
         lights.0 += 1;
-        (j < self.shadows).then(|| self.shadow_of(point.0.key(), j).0)
+        (j < self.shadows).then(|| Lit::By(self.shadow_of(point.0.key(), j).0))
     }
 
     fn shadow_key(&self, point: &ToyPoint, lights: &ToyLights) -> PathKey {

@@ -6,7 +6,7 @@ use std::vec;
 
 /// From a point on the plane z = 0 at the origin to a horizontal rectangle at height `h`, `[x0, x1] × [y0, y1]`: four corners of
 /// Howell's B-3 (element parallel to a rectangle, its normal through a corner), which holds with signs.
-fn rectangle_above([x0, x1]: [f64; 2], [y0, y1]: [f64; 2], h: f64) -> f64 {
+pub(super) fn rectangle_above([x0, x1]: [f64; 2], [y0, y1]: [f64; 2], h: f64) -> f64 {
     let corner = |a: f64, b: f64| {
         let (a, b) = (a / h, b / h);
         let (p, q) = ((1.0 + a * a).sqrt(), (1.0 + b * b).sqrt());
@@ -26,7 +26,7 @@ fn disc_above(r: f64, h: f64, a: f64) -> f64 {
 }
 
 /// To a sphere of radius `r` wholly above the plane, its centre at `c`: sin² of its half angle times cosine.
-fn sphere_above(r: f64, c: [f64; 3]) -> f64 {
+pub(super) fn sphere_above(r: f64, c: [f64; 3]) -> f64 {
     let d2 = c.iter().map(|x| x * x).sum::<f64>();
     r * r / d2 * c[2] / d2.sqrt()
 }
@@ -52,11 +52,11 @@ fn error(lamp: Light, exact: f64, n: u32, seeds: u64) -> f64 {
         let (_, point) = shader.arrive(&path, &ray, hit.as_ref());
         let point = point.unwrap();
         let mut direct = shader.direct(&point);
-        let bundle =
+        let mut bundle =
             shader.next_bundle(&point, &mut direct, &mut Counts::default()).unwrap().resized(n);
         let mut sum = Sum::ZERO;
         for j in 0..n {
-            let Some(shadow) = shader.shadow_ray(&point, &bundle, j) else { continue };
+            let Some(shadow) = shader.shadow_ray(&point, &mut bundle, j) else { continue };
             let mut depth = [OpticalDepth::CLEAR];
             Brute(&scene).depths(&[shadow.ray], &mut depth).unwrap();
             assert_eq!(depth, [OpticalDepth::CLEAR], "the lamp shades itself");
@@ -86,7 +86,7 @@ fn converges(name: &str, lamp: Light, exact: f64, at_1024: f64) {
     assert!(errors[4].1 < at_1024, "{name}: {errors:?}");
 }
 
-fn horizontal(kind: LightKind, x: [f32; 2], y: [f32; 2], h: f32) -> Light {
+pub(super) fn horizontal(kind: LightKind, x: [f32; 2], y: [f32; 2], h: f32) -> Light {
     // u × v points down.
     let u = Vec3::Y * (y[1] - y[0]);
     let v = Vec3::X * (x[1] - x[0]);
