@@ -33,8 +33,8 @@ SIZES = {'cornell': (128, 128), 'glass': (192, 128), 'conference': (160, 100)}
 REFERENCE_SPP = {'cornell': 1 << 16, 'glass': 1 << 15, 'conference': 1 << 15}
 
 # Camera paths per pixel, shadow rays per light: what is worth its time at each error.
-KILORAY = [(1, 1), (4, 1), (16, 1), (64, 1), (256, 1), (1, 0), (4, 0), (16, 0), (1, 4), (4, 4), (16, 4), (64, 4),
-           (1, 16), (4, 16), (16, 16), (4, 64), (16, 64)]  # 0: as many shadow rays as Kiloray likes
+KILORAY = [(1, 1), (4, 1), (16, 1), (64, 1), (256, 1), (1, 0), (2, 0), (4, 0), (8, 0), (16, 0), (1, 4), (2, 4), (4, 4), (8, 4),
+           (16, 4), (64, 4), (1, 16), (4, 16), (8, 16), (16, 16), (4, 64), (16, 32), (16, 64)]  # 0: as many shadow rays as Kiloray likes
 MITSUBA = [1, 4, 16, 64, 256, 1024, 4096]
 RADIANCE = [(1, 0.2), (1, 0.05), (4, 0.2), (4, 0.1), (16, 0.2), (16, 0.1), (64, 0.2)]
 RADIANCE_EXACT = '-dj .9 -dt 0 -dc 1 -lr 12 -lw 1e-5'

@@ -41,20 +41,25 @@ pub fn checksum(bytes: &[u8]) -> u32 {
 /// The same by half bytes, with a table of 64 bytes: the least one of crates takes 1 KiB of a board's flash.
 #[cfg(any(test, not(feature = "wide-checksum")))]
 fn narrow_checksum(bytes: &[u8]) -> u32 {
-    const TABLE: [u32; 16] = {
-        let mut table = [0; 16];
-        let mut i = 0;
-        while i < 16 {
-            let (mut crc, mut bit) = (i as u32, 0);
-            while bit < 4 {
-                crc = (crc >> 1) ^ ((crc & 1) * 0xedb8_8320);
-                bit += 1;
-            }
-            table[i] = crc;
-            i += 1;
-        }
-        table
-    };
+    /// What half a byte leaves of the polynomial 0xedb88320.
+    const TABLE: [u32; 16] = [
+        0x0000_0000,
+        0x1db7_1064,
+        0x3b6e_20c8,
+        0x26d9_30ac,
+        0x76dc_4190,
+        0x6b6b_51f4,
+        0x4db2_6158,
+        0x5005_713c,
+        0xedb8_8320,
+        0xf00f_9344,
+        0xd6d6_a3e8,
+        0xcb61_b38c,
+        0x9b64_c2b0,
+        0x86d3_d2d4,
+        0xa00a_e278,
+        0xbdbd_f21c,
+    ];
     let half = |crc: u32| (crc >> 4) ^ TABLE.get(crc as usize & 15).copied().unwrap_or(0);
     !bytes.iter().fold(!0, |crc, &byte| half(half(crc ^ u32::from(byte))))
 }
