@@ -170,10 +170,13 @@ fn is_left_behind<'a>(mut rays: impl Iterator<Item = &'a Shadow>, primitive: &Pr
     })
 }
 
-/// The plane of a triangle, and how near to it a ray may come without a chance of hitting the triangle.
+/// The plane of a triangle, or of several, and how near to it a ray may come without a chance of hitting them.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct FacePlane {
-    vertices: [Vec3; 3],
+    /// A point of it.
+    point: Vec3,
+    /// Of all their corners.
+    bounds: Aabb,
     /// Not of unit length.
     pub(super) normal: DVec3,
     pub(super) length: f64,
@@ -193,20 +196,38 @@ impl FacePlane {
         let [v0, v1, v2] = vertices.map(Vec3::as_dvec3);
         let normal = (v1 - v0).cross(v2 - v0);
         let length = libm::sqrt(normal.length_squared());
-        (length > 0.0).then_some(Self { vertices, normal, length })
+        let [point, ..] = vertices;
+        let bounds = vertices.into_iter().fold(Aabb::EMPTY, Aabb::with);
+        (length > 0.0).then_some(Self { point, bounds, normal, length })
     }
 
-    pub(super) const fn vertices(&self) -> [Vec3; 3] {
-        self.vertices
+    /// The box of the triangles.
+    pub(super) const fn bounds(&self) -> &Aabb {
+        &self.bounds
+    }
+
+    /// How high a point stands above it, times [`length`](Self::length).
+    pub(super) fn height(&self, point: DVec3) -> f64 {
+        self.normal.dot(point - self.point.as_dvec3())
+    }
+
+    /// Takes a triangle in, if it lies in the very same plane: whether it does.
+    pub(super) fn take_in(&mut self, primitive: &Primitive) -> bool {
+        let Primitive::Triangle { vertices, .. } = *primitive else { return false };
+        let same = vertices.iter().all(|v| self.height(v.as_dvec3()) == 0.0);
+        if same {
+            self.bounds = vertices.into_iter().fold(self.bounds, Aabb::with);
+        }
+        same
     }
 
     /// The side of a point, if it is far enough off.
     pub(super) fn side_of(&self, point: Vec3) -> Option<Side> {
         const ERROR: f64 = PreparedRay::TRIANGLE_ERROR as f64 * 1.01;
         let p = point.as_dvec3();
-        let [v0, v1, v2] = self.vertices.map(|v| v.as_dvec3() - p);
-        let far = v0.abs().max(v1.abs()).max(v2.abs()).max_element();
-        let height = -self.normal.dot(v0);
+        let (low, high) = (self.bounds.min.as_dvec3() - p, self.bounds.max.as_dvec3() - p);
+        let far = low.abs().max(high.abs()).max_element();
+        let height = self.height(p);
         let least = ERROR * far * self.length;
         if height > least {
             Some(Side::Front)

@@ -11,8 +11,8 @@ use glam::{DVec3, Vec3};
 /// A search finds one around the point that it is for. Surfaces come in runs of neighbours, so the next points mostly lie in it as well. How far it reaches is tried
 /// out: twice as far after each that was found, half as far after each search in vain.
 ///
-/// What is known is a box and a few triangles: the pyramid from the box to the light touches nothing but these triangles, and the light
-/// is off the planes of all of them. So no ray to the light, from a point of the box that lies on the light's side of each, hits anything. (For such a triangle: if
+/// What is known is a box and a few planes: the pyramid from the box to the light touches nothing but triangles in these planes, and the light
+/// is off all of them. So no ray to the light, from a point of the box that lies on the light's side of each, hits anything. (For such a triangle: if
 /// its test were to find a hit, the ray would come within `TRIANGLE_ERROR * R` of its plane at a `t` of the ray, by the argument of
 /// [`SurfacePoint::spawn`](crate::geometry::SurfacePoint::spawn); but both its ends lie farther off than that, on the same side.)
 #[derive(Debug, Clone, Copy)]
@@ -28,8 +28,8 @@ pub(crate) struct Clearing {
     kept: u32,
 }
 
-/// Triangles that may lie behind the points: their own surface, and what else is in the same leaf.
-const BEHIND_MAX: usize = 4;
+/// Planes that may lie behind the points: of their own surface and of what is beside it.
+const BEHIND_MAX: usize = 8;
 const REACH_FIRST: f32 = 1.0 / 32.0;
 const REACH_MAX: f32 = 0.5;
 const REACH_MIN: f32 = 1.0 / 128.0;
@@ -102,12 +102,21 @@ impl Clearing {
         let (bounds, behind) = (self.bounds, &mut self.behind);
         let mut len = 0;
         holds_only(Pyramid::to_light(&bounds, light), source, |primitive| {
+            let is_behind = |plane: &FacePlane, side: Side| {
+                side_of_light(plane, light, &bounds) == Some(side)
+                    && plane.side_of(from) == Some(side)
+            };
+            for (plane, side) in behind.iter_mut().flatten() {
+                if plane.take_in(primitive) {
+                    return is_behind(plane, *side);
+                }
+            }
             let Some(plane) = FacePlane::new(primitive) else { return false };
-            let Some(side) = side_of_light(&plane, light, &bounds) else { return false };
+            let Some(side) = plane.side_of(from) else { return false };
             let Some(place) = behind.get_mut(len) else { return false };
             *place = Some((plane, side));
             len = len.saturating_add(1);
-            plane.side_of(from) == Some(side)
+            is_behind(&plane, side)
         })
     }
 }
@@ -127,12 +136,13 @@ fn side_of_light(plane: &FacePlane, light: &Light, bounds: &Aabb) -> Option<Side
         LightKind::Disc | LightKind::Point | LightKind::Spot | LightKind::Distant => return None,
     };
     // Rays end before the light, by a clearance in parts of all lengths, and are rounded: far less than this.
-    let [v0, v1, v2] = plane.vertices();
-    let lengths = [bounds.min, bounds.max, v0, v1, v2].map(|v| v.abs().max_element());
+    let of_plane = plane.bounds();
+    let lengths =
+        [bounds.min, bounds.max, of_plane.min, of_plane.max].map(|v| v.abs().max_element());
     let of_light = corners.iter().map(|c| c.abs().max_element() + radius);
     let all: f64 = lengths.into_iter().map(f64::from).chain(of_light).sum();
     let least = radius + 1024.0 * f64::from(UNIT_ROUNDOFF) * all;
-    let heights = corners.iter().map(|c| plane.normal.dot(*c - v0.as_dvec3()));
+    let heights = corners.iter().map(|c| plane.height(*c));
     if heights.clone().all(|height| height > least * plane.length) {
         Some(Side::Front)
     } else if heights.clone().all(|height| height < -least * plane.length) {
@@ -141,3 +151,6 @@ fn side_of_light(plane: &FacePlane, light: &Light, bounds: &Aabb) -> Option<Side
         None
     }
 }
+
+#[cfg(test)]
+mod tests;

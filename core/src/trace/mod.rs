@@ -28,7 +28,7 @@ mod query;
 mod restart;
 mod scalar;
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;
 mod together;
 mod top;
 mod tracer;
