@@ -152,24 +152,24 @@ impl Profile {
 /// A Cortex-M with a floating-point unit for single precision, by the time of an instruction \[ns\].
 ///
 /// The instructions of each operation are those that `node-board/instructions` counts for an M4F and firmware made for size: the fit is 14 and 10 % above
-/// colour-cube:6 and sinc:24, 6 % below cornell, and 44 % below glass, whose spheres are tested in double precision, in software. Clips are not among them: they are worked out, of
+/// colour-cube:6 and sinc:24, 6 % below cornell, and 43 % below glass, whose spheres are tested in double precision, in software. Clips are not among them: they are worked out, of
 /// 3000 operations in double precision of 80 instructions each.
 const fn cortex_m(name: &'static str, ns: f64) -> Profile {
     Profile {
         name,
-        node: 726.0 * ns,
-        leaf: 1166.0 * ns,
-        block: 518.0 * ns,
-        ray: 1455.0 * ns,
-        shadow_ray: 910.0 * ns,
+        node: 725.0 * ns,
+        leaf: 1170.0 * ns,
+        block: 529.0 * ns,
+        ray: 1516.0 * ns,
+        shadow_ray: 929.0 * ns,
         together: false,
         bundle_ray: 0.0,
         bundle_node: 0.0,
         bundle_box: 0.0,
         bundle_triangle: 0.0,
-        shading: 5367.0 * ns,
-        light: 569.0 * ns,
-        light_sample: 1059.0 * ns,
+        shading: 5621.0 * ns,
+        light: 589.0 * ns,
+        light_sample: 1355.0 * ns,
         clip: 240_000.0 * ns,
         message: 2206.0 * ns,
         copy: 1.3 * ns,
