@@ -7,7 +7,7 @@ use crate::material::OpticalDepth;
 use crate::path::PathKey;
 #[cfg(feature = "bundles")]
 use crate::render::Neighbours;
-use crate::render::{Clearing, Places, Tile, Tiling, Trust, is_clear};
+use crate::render::{Clearings, Places, Tile, Tiling, Trust, is_clear};
 use crate::scene::{Material, Needs};
 use crate::shade::{Bundle, Counts, Direct, PackedHit, Path, PathRay, Point, Shader, Shadow, Sum};
 use crate::trace::{Clip, ClipEntry, Cursor, Query, TraceError, Tracer, Trail, Whole};
@@ -30,7 +30,7 @@ pub struct Picture<'a, T> {
     #[cfg(feature = "bundles")]
     room: Option<&'a RefCell<Neighbours>>,
     trust: Trust,
-    clearings: [Clearing; CLEARINGS],
+    clearings: Clearings<CLEARINGS>,
 }
 
 impl<'a, T: Tracer> Picture<'a, T> {
@@ -54,7 +54,7 @@ impl<'a, T: Tracer> Picture<'a, T> {
             #[cfg(feature = "bundles")]
             room: None,
             trust: Trust::new(),
-            clearings: [Clearing::new(); CLEARINGS],
+            clearings: Clearings::new(),
         }
     }
 
@@ -108,7 +108,7 @@ impl<'a, T: Tracer> Picture<'a, T> {
         lights.bundle.is_some()
     }
 
-    /// What the light of a bundle brings, if it is known and all of the light is known to be seen. Then that was the bundle.
+    /// What the light of a bundle brings, if it is not begun and that is known. Then that was the bundle.
     #[inline(never)]
     fn whole<S: BlockSource<Error = Missing>>(
         &mut self,
@@ -119,17 +119,12 @@ impl<'a, T: Tracer> Picture<'a, T> {
         work: &mut Work,
     ) -> Option<Sum> {
         let bundle = lights.bundle.as_ref().filter(|_| lights.next == 0 && lights.made == 0)?;
-        let whole = bundle.unshadowed()?;
-        let light = self.shader.tables().lights.get(bundle.light as usize)?;
-        let clearing = self.clearings.get_mut((bundle.light as usize).checked_rem(CLEARINGS)?)?;
-        let light = (bundle.light, light);
-        if !clearing.shows(light, &point.surface, bundle.len, source, &mut work.clips) {
-            return None;
-        }
+        let Self { clearings, shader, .. } = self;
+        let whole = clearings.whole(shader, point, bundle, source, &mut work.clips)?;
         counts.shadow_clear = counts.shadow_clear.saturating_add(u64::from(bundle.len));
         work.light_samples = work.light_samples.saturating_add(1);
         lights.bundle = None;
-        Some(self.shader.unit().quantise(whole))
+        Some(whole)
     }
 
     /// Goes on with a ray. All rays come here, so that the traversal is there once in the code of a node, and not once for each question.

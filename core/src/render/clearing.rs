@@ -4,7 +4,36 @@ use crate::geometry::rounding::UNIT_ROUNDOFF;
 use crate::geometry::{Aabb, Pyramid};
 use crate::material::Surface;
 use crate::scene::{Light, LightKind};
+use crate::shade::{Bundle, Point, Shader, Sum};
 use glam::{DVec3, Vec3};
+
+/// Clearings of some lights: at most `N`; none where searches are left out.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Clearings<const N: usize>([Clearing; N]);
+
+impl<const N: usize> Clearings<N> {
+    pub(crate) const fn new() -> Self {
+        Self([Clearing::new(); N])
+    }
+
+    /// What the light of a bundle brings, if it is known, and all of the light is known to be seen from the point. Then no ray of it need be made.
+    pub(crate) fn whole<S: BlockSource>(
+        &mut self,
+        shader: &Shader<'_>,
+        point: &Point,
+        bundle: &Bundle,
+        source: &mut S,
+        searches: &mut u64,
+    ) -> Option<Sum> {
+        let whole = bundle.unshadowed()?;
+        let light = shader.tables().lights.get(bundle.light as usize)?;
+        let Self(clearings) = self;
+        let clearing = clearings.get_mut((bundle.light as usize).checked_rem(N)?)?;
+        let light = (bundle.light, light);
+        let seen = clearing.shows(light, &point.surface, bundle.len, source, searches);
+        seen.then(|| shader.unit().quantise(whole))
+    }
+}
 
 /// Places from which a light is seen whole: whoever shades a point there need not ask.
 ///
@@ -16,7 +45,7 @@ use glam::{DVec3, Vec3};
 /// its test were to find a hit, the ray would come within `TRIANGLE_ERROR * R` of its plane at a `t` of the ray, by the argument of
 /// [`SurfacePoint::spawn`](crate::geometry::SurfacePoint::spawn); but both its ends lie farther off than that, on the same side.)
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Clearing {
+struct Clearing {
     light: u32,
     bounds: Aabb,
     behind: [Option<(FacePlane, Side)>; BEHIND_MAX],
@@ -40,7 +69,7 @@ const PURSE_MAX: u32 = 4 * SEARCH;
 const KEPT: u32 = 32;
 
 impl Clearing {
-    pub(crate) const fn new() -> Self {
+    const fn new() -> Self {
         Self {
             light: u32::MAX,
             bounds: Aabb::EMPTY,
@@ -52,7 +81,7 @@ impl Clearing {
     }
 
     /// Whether all of a light that is wholly above a surface is seen from there, so that this many rays need not be made. `false` says nothing.
-    pub(crate) fn shows<S: BlockSource>(
+    fn shows<S: BlockSource>(
         &mut self,
         (index, light): (u32, &Light),
         surface: &Surface,

@@ -38,7 +38,7 @@ mod tile;
 mod trust;
 
 pub(crate) use clear::is_clear;
-pub(crate) use clearing::Clearing;
+pub(crate) use clearing::Clearings;
 #[cfg(feature = "bundles")]
 pub use neighbours::Neighbours;
 pub use plan::{Plan, PlanSettings, SceneSize};

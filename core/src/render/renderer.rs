@@ -212,12 +212,9 @@ impl<'a> Renderer<'a> {
         let shader = work.job.shader;
         let mut direct = shader.direct(point);
         while let Some(mut bundle) = shader.next_bundle(point, &mut direct, work.counts) {
-            if let Some(whole) = bundle.unshadowed()
-                && let Some(light) = shader.tables().lights.get(bundle.light as usize)
-                && work.sight.shows((bundle.light, light), &point.surface, bundle.len)
-            {
+            if let Some(whole) = work.sight.whole(&shader, point, &bundle) {
                 if let Some(sum) = self.sums.get_mut(usize::from(pixel)) {
-                    sum.add(shader.unit().quantise(whole));
+                    sum.add(whole);
                 }
                 let count = &mut work.counts.shadow_clear;
                 *count = count.saturating_add(u64::from(bundle.len));

@@ -1,13 +1,13 @@
 use super::clear::is_clear;
-use super::clearing::Clearing;
+use super::clearing::Clearings;
 #[cfg(feature = "bundles")]
 use super::neighbours::Neighbours;
 use super::trust::Trust;
 use crate::block::BlockSource;
 use crate::geometry::Hit;
-use crate::material::{OpticalDepth, Surface};
+use crate::material::OpticalDepth;
 use crate::scene::{Light, Material};
-use crate::shade::{PathRay, Shadow};
+use crate::shade::{Bundle, PathRay, Point, Shader, Shadow, Sum};
 use crate::trace::{Cursor, TraceError, Tracer};
 
 /// What rays see: a tracer, the blocks, and the state of a traversal.
@@ -19,7 +19,7 @@ pub struct Sight<T, S> {
     #[cfg(feature = "bundles")]
     neighbours: Neighbours,
     trust: Trust,
-    clearings: [Clearing; CLEARINGS],
+    clearings: Clearings<CLEARINGS>,
 }
 
 /// Lights of which clearings are known, at most.
@@ -36,7 +36,7 @@ impl<T: Tracer, S: BlockSource> Sight<T, S> {
             #[cfg(feature = "bundles")]
             neighbours: Neighbours::new(),
             trust: Trust::new(),
-            clearings: [Clearing::new(); CLEARINGS],
+            clearings: Clearings::new(),
         }
     }
 
@@ -57,13 +57,15 @@ impl<T: Tracer, S: BlockSource> Sight<T, S> {
         trust.clear_of(rays.len(), |len| is_clear(rays.iter().take(len), light, source))
     }
 
-    /// Whether all of a light that is wholly above a surface is known to be seen from there.
-    pub(super) fn shows(&mut self, light: (u32, &Light), surface: &Surface, rays: u32) -> bool {
+    /// What the light of a bundle brings, if it is known, and all of the light is known to be seen.
+    pub(super) fn whole(
+        &mut self,
+        shader: &Shader<'_>,
+        point: &Point,
+        bundle: &Bundle,
+    ) -> Option<Sum> {
         let Self { clearings, source, .. } = self;
-        let place = (light.0 as usize).checked_rem(CLEARINGS);
-        place
-            .and_then(|place| clearings.get_mut(place))
-            .is_some_and(|clearing| clearing.shows(light, surface, rays, source, &mut 0))
+        clearings.whole(shader, point, bundle, source, &mut 0)
     }
 
     /// The closest hit of `rays[at]`, if `at` goes from 0 up by one.

@@ -31,6 +31,19 @@ pub(super) fn sphere_above(r: f64, c: [f64; 3]) -> f64 {
     r * r / d2 * c[2] / d2.sqrt()
 }
 
+/// The point of the floor below the middle of the picture, and its first bundle.
+pub(super) fn first_bundle(scene: &Scene, seed: u64) -> (Point, Bundle) {
+    let shader = scene.shader();
+    let path = Path::camera(PathKey::camera(seed, 7, 0));
+    let ray = down(0.0, 0.0);
+    let hit = Brute(scene).closest(&ray).unwrap();
+    let (_, point) = shader.arrive(&path, &ray, hit.as_ref());
+    let point = point.unwrap();
+    let mut direct = shader.direct(&point);
+    let bundle = shader.next_bundle(&point, &mut direct, &mut Counts::default()).unwrap();
+    (point, bundle)
+}
+
 /// A white floor under a lamp of radiance 1 reflects exactly the form factor.
 fn error(lamp: Light, exact: f64, n: u32, seeds: u64) -> f64 {
     let mut square = 0.0;
@@ -46,14 +59,8 @@ fn error(lamp: Light, exact: f64, n: u32, seeds: u64) -> f64 {
             scene.lamp(lamp)
         }
         let shader = scene.shader();
-        let path = Path::camera(PathKey::camera(seed, 7, 0));
-        let ray = down(0.0, 0.0);
-        let hit = Brute(&scene).closest(&ray).unwrap();
-        let (_, point) = shader.arrive(&path, &ray, hit.as_ref());
-        let point = point.unwrap();
-        let mut direct = shader.direct(&point);
-        let mut bundle =
-            shader.next_bundle(&point, &mut direct, &mut Counts::default()).unwrap().resized(n);
+        let (point, bundle) = first_bundle(&scene, seed);
+        let mut bundle = bundle.resized(n);
         let mut sum = Sum::ZERO;
         for j in 0..n {
             let Some(shadow) = shader.shadow_ray(&point, &mut bundle, j) else { continue };
