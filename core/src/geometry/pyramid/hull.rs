@@ -8,6 +8,7 @@ use glam::{DVec2, DVec3, Vec3};
 
 /// Points that a hull can have: eight where rays begin, eight where they end.
 const POINTS_MAX: usize = 16;
+const BOX_CORNERS: usize = 8;
 /// Vertices of the rim that the sides go through.
 const RIM_MAX: usize = 8;
 /// A regular octagon around the unit circle: tan(π / 8).
@@ -22,7 +23,8 @@ pub(super) struct Hull {
     pub(super) spread: f64,
     pub(super) axis: DVec3,
     points: List<POINTS_MAX>,
-    /// How many of the points are where rays begin; the others are where they end.
+    /// How many of the points are where rays begin; the others are where they end. If they are eight, they are the corners of a box: of number `i`,
+    /// bit `k` tells whether it is the upper one along axis `k`.
     starts: usize,
     /// Directions in which the hull is unbounded.
     directions: List<RIM_MAX>,
@@ -135,7 +137,7 @@ impl Hull {
         let base = origin.as_dvec3();
         let mut hull = Self::new(origin);
         let (lo, hi) = (from.min.as_dvec3() - base, from.max.as_dvec3() - base);
-        let corners = if lo == hi { 1 } else { 8 };
+        let corners = if lo == hi { 1 } else { BOX_CORNERS };
         for corner in 0..corners {
             let pick = |bit: usize, lo: f64, hi: f64| if corner >> bit & 1 == 0 { lo } else { hi };
             hull.start(DVec3::new(pick(0, lo.x, hi.x), pick(1, lo.y, hi.y), pick(2, lo.z, hi.z)));
@@ -191,7 +193,7 @@ impl Hull {
         // its roundings, and by `error`, of which the sample took half; the other half is the surface's in the blocks.
         let own = (CLEARANCE - 4.0 * f64::from(UNIT_ROUNDOFF)) * (far - self.spread);
         let least = normal.dot(position) + (own + 0.5 * error) * length;
-        if flat && own > 0.0 && self.starts().all(|s| normal.dot(s) > least) {
+        if flat && own > 0.0 && normal.dot(self.first_start(normal)) > least {
             self.floor = Some((normal, least));
         }
     }
@@ -255,6 +257,17 @@ impl Hull {
         self.points.iter().take(self.starts)
     }
 
+    /// The one of least `normal · x` of where rays begin.
+    fn first_start(&self, normal: DVec3) -> DVec3 {
+        let least = |m: DVec3, s: DVec3| if normal.dot(s) < normal.dot(m) { s } else { m };
+        if self.starts < BOX_CORNERS {
+            return self.starts().reduce(least).unwrap_or_default();
+        }
+        let upper = [normal.x < 0.0, normal.y < 0.0, normal.z < 0.0].map(usize::from);
+        let [x, y, z] = upper;
+        self.points.items.get(x | y << 1 | z << 2).copied().unwrap_or_default()
+    }
+
     /// Whether there is no NaN or infinity in it.
     pub(super) fn is_finite(&self) -> bool {
         let cap = self.cap.as_ref();
@@ -282,7 +295,8 @@ impl Hull {
         if self.directions.iter().any(unbounded) {
             return None;
         }
-        let mut least = self.points.iter().fold(f64::INFINITY, |m, p| m.min(normal.dot(p)));
+        let ends = self.points.iter().skip(self.starts).map(|p| normal.dot(p));
+        let mut least = ends.fold(normal.dot(self.first_start(normal)), f64::min);
         if let Some(cap) = &self.cap {
             least = least.min(cap.support(normal, length));
         }
@@ -312,9 +326,9 @@ impl Hull {
             add(-self.axis);
         }
         // Planes along an axis: the hull in projection, a point of the start and one of the rim on its border.
-        self.tangents(|p| DVec2::new(p.y, p.z), |n| DVec3::new(0.0, n.x, n.y), add);
-        self.tangents(|p| DVec2::new(p.z, p.x), |n| DVec3::new(n.y, 0.0, n.x), add);
-        self.tangents(|p| DVec2::new(p.x, p.y), |n| DVec3::new(n.x, n.y, 0.0), add);
+        self.tangents(0, |p| DVec2::new(p.y, p.z), |n| DVec3::new(0.0, n.x, n.y), add);
+        self.tangents(1, |p| DVec2::new(p.z, p.x), |n| DVec3::new(n.y, 0.0, n.x), add);
+        self.tangents(2, |p| DVec2::new(p.x, p.y), |n| DVec3::new(n.x, n.y, 0.0), add);
     }
 
     /// The plane through edge `i` of the rim that has all starts and the rim on one side.
@@ -343,8 +357,8 @@ impl Hull {
             if side.dot(middle - p) < 0.0 {
                 side = -side;
             }
-            let last = starts().fold(at, |m, s| if side.dot(s) < side.dot(m) { s } else { m });
-            if last == at {
+            let last = self.first_start(side);
+            if side.dot(last) >= side.dot(at) {
                 break;
             }
             at = last;
@@ -352,33 +366,44 @@ impl Hull {
         side
     }
 
-    /// The two lines that touch both the starts and the rim, in a projection.
+    /// The two lines that touch both the starts and the rim, in the projection along an axis.
     fn tangents(
         &self,
-        project: impl Fn(DVec3) -> DVec2,
+        axis: u8,
+        project: impl Fn(DVec3) -> DVec2 + Copy,
         lift: impl Fn(DVec2) -> DVec3,
         add: &mut dyn FnMut(DVec3),
     ) {
-        let starts = || self.starts();
+        // Of the corners of a box, each falls together with another.
+        let is_other = |i: usize| self.starts < BOX_CORNERS || i >> axis & 1 == 0;
+        let starts = self.starts().enumerate().filter(|&(i, _)| is_other(i));
+        let starts = starts.map(|(_, start)| project(start));
         // A direction counts from where it begins, a place as it is.
-        let from = |end: DVec3, start: DVec3| if self.rim_is_far { end } else { end - start };
+        let rim = |start: DVec2| {
+            self.rim
+                .iter()
+                .map(move |r| if self.rim_is_far { project(r) } else { project(r) - start })
+        };
         for sign in [1.0, -1.0] {
-            let pairs = starts().flat_map(|s| self.rim.iter().map(move |r| (s, r)));
-            let touches = pairs.filter_map(|(start, end)| {
-                let along = project(from(end, start));
-                let normal = DVec2::new(-along.y, along.x) * sign;
-                let tolerance = 1e-12 * libm::sqrt(normal.length_squared());
-                let inside =
-                    |x: DVec3| normal.dot(project(x)) >= -tolerance * x.abs().max_element();
-                (starts().all(|s| inside(s - start))
-                    && self.rim.iter().all(|r| inside(from(r, start))))
-                .then_some(normal)
+            let touches = starts.clone().filter_map(|start| {
+                // All of the rim is on one side of the last of it, as seen from here, if it is so of any.
+                let last = |a: DVec2, b: DVec2| if sign * a.perp_dot(b) < 0.0 { b } else { a };
+                let along = rim(start).reduce(last)?;
+                let normal = along.perp() * sign;
+                let tolerance = 1e-12 * max_element(normal);
+                let inside = |x: DVec2| normal.dot(x) >= -tolerance * max_element(x);
+                let first = project(self.first_start(lift(normal)));
+                (inside(first - start) && rim(start).all(inside)).then_some(normal)
             });
             if let Some(normal) = { touches }.next() {
                 add(lift(normal));
             }
         }
     }
+}
+
+fn max_element(v: DVec2) -> f64 {
+    v.abs().max_element()
 }
 
 /// The greatest f32 that is not above `x`.
