@@ -7,13 +7,21 @@ use crate::scene::{Light, LightKind};
 use crate::shade::{Bundle, Point, Shader, Sum};
 use glam::{DVec3, Vec3};
 
-/// Clearings of some lights: at most `N`; none where searches are left out.
+/// Clearings that are known, at most `N`; none where searches are left out.
+///
+/// Searches pay for themselves, light by light: each costs what rays that need not be made have earned.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Clearings<const N: usize>([Clearing; N]);
+pub(crate) struct Clearings<const N: usize> {
+    known: [Clearing; N],
+    /// Of lights whose numbers differ by other than multiples of `N`.
+    searches: [Searches; N],
+    /// How often it was asked, after [`KEPT`] times that count for nothing.
+    asked: u64,
+}
 
 impl<const N: usize> Clearings<N> {
     pub(crate) const fn new() -> Self {
-        Self([Clearing::new(); N])
+        Self { known: [Clearing::NOWHERE; N], searches: [Searches::of(u32::MAX); N], asked: KEPT }
     }
 
     /// What the light of a bundle brings, if it is known, and all of the light is known to be seen from the point. Then no ray of it need be made.
@@ -23,22 +31,110 @@ impl<const N: usize> Clearings<N> {
         point: &Point,
         bundle: &Bundle,
         source: &mut S,
-        searches: &mut u64,
+        searched: &mut u64,
     ) -> Option<Sum> {
         let whole = bundle.unshadowed()?;
         let light = shader.tables().lights.get(bundle.light as usize)?;
-        let Self(clearings) = self;
-        let clearing = clearings.get_mut((bundle.light as usize).checked_rem(N)?)?;
         let light = (bundle.light, light);
-        let seen = clearing.shows(light, &point.surface, bundle.len, source, searches);
+        let seen = self.show(light, &point.surface, bundle.len, source, searched);
         seen.then(|| shader.unit().quantise(whole))
+    }
+
+    /// Whether all of a light that is wholly above a surface is seen from there, so that this many rays need not be made. `false` says nothing.
+    fn show<S: BlockSource>(
+        &mut self,
+        (index, light): (u32, &Light),
+        surface: &Surface,
+        rays: u32,
+        source: &mut S,
+        searched: &mut u64,
+    ) -> bool {
+        let Self { known, searches, asked } = self;
+        *asked = asked.saturating_add(1);
+        let is_free = |last: u64| asked.saturating_sub(last) > KEPT;
+        let place = (index as usize).checked_rem(N).and_then(|at| searches.get_mut(at));
+        let place = place.filter(|place| place.light == index || is_free(place.last));
+        let Some(searches) = place else { return false };
+        if searches.light != index {
+            *searches = Searches::of(index);
+        }
+        searches.last = *asked;
+        let holds =
+            |clearing: &&mut Clearing| clearing.light == index && clearing.holds(surface.above);
+        if let Some(clearing) = known.iter_mut().find(holds) {
+            clearing.last = *asked;
+            searches.earn(rays);
+            return true;
+        }
+        // A search in vain may cost a part of the tracing at most.
+        searches.earn(rays / 4);
+        // In place of the one that has been of no use for longest.
+        let place = known.iter_mut().min_by_key(|clearing| clearing.last);
+        let place = place.filter(|place| place.light == index || is_free(place.last));
+        let Some(place) = place else { return false };
+        if !searches.pay() {
+            return false;
+        }
+        *searched = searched.saturating_add(1);
+        let found = Clearing::around(surface, searches.reach, light, source);
+        searches.learn(found.is_some());
+        if let Some(found) = found {
+            *place = Clearing { light: index, last: *asked, ..found };
+        }
+        found.is_some()
+    }
+}
+
+/// How often others must be asked for until what has been of no use makes room for another light's.
+const KEPT: u64 = 32;
+
+/// The searches for clearings of a light: how far they reach, and whether they are worth while.
+#[derive(Debug, Clone, Copy)]
+struct Searches {
+    light: u32,
+    /// When it was last asked for.
+    last: u64,
+    /// Half the size of the next box, in parts of the distance to the eye.
+    reach: f32,
+    /// What they may cost: see [`SEARCH`].
+    purse: u32,
+}
+
+const REACH_FIRST: f32 = 1.0 / 32.0;
+const REACH_MAX: f32 = 0.5;
+const REACH_MIN: f32 = 1.0 / 128.0;
+/// The price of a search, about that of so many shadow rays that nothing is in the way of.
+const SEARCH: u32 = 32;
+/// What can be laid by: for searches in vain, each for half the size, before there are few.
+const PURSE_MAX: u32 = 4 * SEARCH;
+
+impl Searches {
+    const fn of(light: u32) -> Self {
+        Self { light, last: 0, reach: REACH_FIRST, purse: PURSE_MAX }
+    }
+
+    /// So many rays need not be made, or may be laid out on a search.
+    fn earn(&mut self, rays: u32) {
+        self.purse = self.purse.saturating_add(rays).min(PURSE_MAX);
+    }
+
+    /// Pays for a search, if there is enough.
+    fn pay(&mut self) -> bool {
+        let left = self.purse.checked_sub(SEARCH);
+        self.purse = left.unwrap_or(self.purse);
+        left.is_some()
+    }
+
+    /// The next box is larger after each that was found, smaller after each in vain.
+    fn learn(&mut self, found: bool) {
+        let factor = if found { 1.3 } else { 0.6 };
+        self.reach = (self.reach * factor).clamp(REACH_MIN, REACH_MAX);
     }
 }
 
 /// Places from which a light is seen whole: whoever shades a point there need not ask.
 ///
-/// A search finds one around the point that it is for. Surfaces come in runs of neighbours, so the next points mostly lie in it as well. How far it reaches is tried
-/// out: twice as far after each that was found, half as far after each search in vain.
+/// A search finds one around the point that it is for. Surfaces come in runs of neighbours, so the next points mostly lie in it as well.
 ///
 /// What is known is a box and a few planes: the pyramid from the box to the light touches nothing but triangles in these planes, and the light
 /// is off all of them. So no ray to the light, from a point of the box that lies on the light's side of each, hits anything. (For such a triangle: if
@@ -47,72 +143,21 @@ impl<const N: usize> Clearings<N> {
 #[derive(Debug, Clone, Copy)]
 struct Clearing {
     light: u32,
+    /// When it was last of use.
+    last: u64,
     bounds: Aabb,
     behind: [Option<(FacePlane, Side)>; BEHIND_MAX],
-    /// Half the size of the next, in parts of the distance to the eye.
-    reach: f32,
-    /// What searches may cost: see [`SEARCH`].
-    purse: u32,
-    /// How often another light must be asked for until this one makes room.
-    kept: u32,
 }
 
 /// Planes that may lie behind the points: of their own surface and of what is beside it.
-const BEHIND_MAX: usize = 8;
-const REACH_FIRST: f32 = 1.0 / 32.0;
-const REACH_MAX: f32 = 0.5;
-const REACH_MIN: f32 = 1.0 / 128.0;
-/// The price of a search, about that of so many shadow rays that nothing is in the way of.
-const SEARCH: u32 = 32;
-/// What can be laid by: for searches in vain, each for half the size, before there are few.
-const PURSE_MAX: u32 = 4 * SEARCH;
-const KEPT: u32 = 32;
+const BEHIND_MAX: usize = 4;
+/// Thickness of the box, in parts of its width.
+const THICKNESS: f32 = 1.0 / 16.0;
 
 impl Clearing {
-    const fn new() -> Self {
-        Self {
-            light: u32::MAX,
-            bounds: Aabb::EMPTY,
-            behind: [None; BEHIND_MAX],
-            reach: REACH_FIRST,
-            purse: PURSE_MAX,
-            kept: 0,
-        }
-    }
-
-    /// Whether all of a light that is wholly above a surface is seen from there, so that this many rays need not be made. `false` says nothing.
-    fn shows<S: BlockSource>(
-        &mut self,
-        (index, light): (u32, &Light),
-        surface: &Surface,
-        rays: u32,
-        source: &mut S,
-        searches: &mut u64,
-    ) -> bool {
-        if self.light != index {
-            if self.kept > 0 {
-                self.kept = self.kept.saturating_sub(1);
-                return false;
-            }
-            *self = Self { light: index, ..Self::new() };
-        }
-        self.kept = KEPT;
-        let held = self.holds(surface.above);
-        let earned = if held { rays } else { 1 };
-        self.purse = self.purse.saturating_add(earned).min(PURSE_MAX);
-        if held || self.purse < SEARCH {
-            return held;
-        }
-        self.purse = self.purse.saturating_sub(SEARCH);
-        *searches = searches.saturating_add(1);
-        let found = self.search(light, surface, source);
-        if !found {
-            self.bounds = Aabb::EMPTY;
-        }
-        let factor = if found { 1.3 } else { 0.6 };
-        self.reach = (self.reach * factor).clamp(REACH_MIN, REACH_MAX);
-        found
-    }
+    /// Of no light.
+    const NOWHERE: Self =
+        Self { light: u32::MAX, last: 0, bounds: Aabb::EMPTY, behind: [None; BEHIND_MAX] };
 
     /// Whether it is known of this place.
     fn holds(&self, from: Vec3) -> bool {
@@ -120,17 +165,21 @@ impl Clearing {
             && self.behind.iter().flatten().all(|(plane, side)| plane.side_of(from) == Some(*side))
     }
 
-    /// Looks round the point: whether it is free to see the light.
-    fn search<S: BlockSource>(&mut self, light: &Light, surface: &Surface, source: &mut S) -> bool {
+    /// Looks round a point, so far: whether it is free to see the light.
+    fn around<S: BlockSource>(
+        surface: &Surface,
+        reach: f32,
+        light: &Light,
+        source: &mut S,
+    ) -> Option<Self> {
         let from = surface.above;
-        let size = self.reach * surface.distance;
+        let size = reach * surface.distance;
         // Flat along the surface.
         let half = (Vec3::ONE - surface.normal.abs()).max(Vec3::splat(THICKNESS)) * size;
-        self.bounds = Aabb { min: from - half, max: from + half };
-        self.behind = [None; BEHIND_MAX];
-        let (bounds, behind) = (self.bounds, &mut self.behind);
+        let bounds = Aabb { min: from - half, max: from + half };
+        let mut behind: [Option<(FacePlane, Side)>; BEHIND_MAX] = [None; BEHIND_MAX];
         let mut len = 0;
-        holds_only(Pyramid::to_light(&bounds, light), source, |primitive| {
+        let clear = holds_only(Pyramid::to_light(&bounds, light), source, |primitive| {
             let is_behind = |plane: &FacePlane, side: Side| {
                 side_of_light(plane, light, &bounds) == Some(side)
                     && plane.side_of(from) == Some(side)
@@ -146,12 +195,10 @@ impl Clearing {
             *place = Some((plane, side));
             len = len.saturating_add(1);
             is_behind(&plane, side)
-        })
+        });
+        clear.then_some(Self { bounds, behind, ..Self::NOWHERE })
     }
 }
-
-/// Thickness of the box, in parts of its width.
-const THICKNESS: f32 = 1.0 / 16.0;
 
 /// The side of a plane on which all shadow rays to a light end, from wherever in a box they come.
 fn side_of_light(plane: &FacePlane, light: &Light, bounds: &Aabb) -> Option<Side> {

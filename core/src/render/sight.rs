@@ -23,7 +23,7 @@ pub struct Sight<T, S> {
 }
 
 /// Lights of which clearings are known, at most.
-const CLEARINGS: usize = if cfg!(feature = "clips") { 8 } else { 0 };
+const CLEARINGS: usize = if cfg!(feature = "clips") { 16 } else { 0 };
 
 impl<T: Tracer, S: BlockSource> Sight<T, S> {
     /// Rays traced by `tracer` through the blocks of `source`.

@@ -75,13 +75,13 @@ fn nothing_is_in_the_way_of_a_light_that_a_clearing_shows() {
         let blocks = write(&items, 1 << 10, 4, 64);
         let mut source = Resident(&blocks);
         let light = lamp(random, scale, offset);
-        let mut clearing = Clearing::new();
+        let mut clearings = Clearings::<4>::new();
         let mut cursor = Cursor::new();
         let eye = offset + Vec3::new(4.0, 4.0, 30.0) * scale;
         for point in 0..60 {
             // A walk along the ground, with as many searches as there are in a longer one.
             if point % 6 == 0 {
-                clearing = Clearing::new();
+                clearings = Clearings::new();
             }
             let step = Vec3::new(4.0 + 0.05 * point as f32, 4.0 + random.signed(), 0.0);
             let direction = offset + step * scale - eye;
@@ -95,7 +95,7 @@ fn nothing_is_in_the_way_of_a_light_that_a_clearing_shows() {
                 continue;
             }
             asked += 1;
-            if !clearing.shows((0, &light), &surface, 16, &mut source, &mut 0) {
+            if !clearings.show((0, &light), &surface, 16, &mut source, &mut 0) {
                 continue;
             }
             shown += 1;
@@ -109,7 +109,7 @@ fn nothing_is_in_the_way_of_a_light_that_a_clearing_shows() {
                 let origin = surface.origin(sample.direction);
                 let ray = Ray { origin, direction: end - origin, t_min: 0.0, t_max: 1.0 };
                 let hidden = Scalar.any(&mut cursor, &mut source, &ray).unwrap();
-                assert!(!hidden, "seed {seed}, point {point}: {ray:?} {light:?} {clearing:?}");
+                assert!(!hidden, "seed {seed}, point {point}: {ray:?} {light:?} {clearings:?}");
             }
         }
     }
