@@ -358,13 +358,13 @@ impl<'a, W: World> Node<'a, W> {
         }
     }
 
-    /// A ray of a root has ended.
-    pub(super) fn close(&mut self, root: u16) {
+    /// So many rays of a root have ended.
+    pub(super) fn close(&mut self, root: u16, rays: u32) {
         let Some(root) = self.roots.get_mut(usize::from(root)) else { return };
         #[cfg(test)]
         self.blocks.cache.unpin();
-        debug_assert!(root.open > 0, "a ray ends once");
-        root.open = root.open.saturating_sub(1);
+        debug_assert!(root.open >= rays, "a ray ends once");
+        root.open = root.open.saturating_sub(rays);
         if root.open == 0 {
             match root.state() {
                 RootState::Visit => root.set_state(RootState::Answering),

@@ -81,7 +81,7 @@ impl<W: World> Node<'_, W> {
             *place = number;
             self.free_len = self.free_len.saturating_add(1);
         }
-        self.close(root);
+        self.close(root, 1);
     }
 
     /// Writes a slot back.
@@ -432,7 +432,7 @@ impl<W: World> Node<'_, W> {
                 root.set_state(RootState::Rendering);
                 // The last ray may have ended before.
                 self.open(at, 1);
-                self.close(at);
+                self.close(at, 1);
                 break;
             }
         }

@@ -1,9 +1,7 @@
-use glam::Vec3;
-
 use super::slots::{RaySlot, ShadowSlot};
 use super::{Lit, Node, RayKind, Time, Traced, World};
 use crate::render::BUNDLE;
-use crate::shade::{PathRay, Shadow};
+use crate::shade::{PathRay, Shadow, Sum};
 use crate::trace::Trail;
 
 /// Blocks that are asked for ahead at once, at most.
@@ -138,8 +136,7 @@ impl<W: World> Node<'_, W> {
         let kind = if clear { &mut traced.shadow_clear } else { &mut traced.shadow };
         *kind = kind.saturating_add(count as u64);
         if clear {
-            (first..self.fresh).for_each(|at| self.end_shadow(at, false));
-            self.fresh = first;
+            self.end_shadows(count, 0);
         } else {
             let bundle = self.shadows.get_mut(first..self.fresh).unwrap_or_default();
             bundle.iter_mut().for_each(|slot| slot.begun = 1);
@@ -147,23 +144,30 @@ impl<W: World> Node<'_, W> {
         clear
     }
 
-    /// The shadow ray of a slot has come to its end.
-    pub(super) fn end_shadow(&mut self, at: usize, hidden: bool) {
-        let Some(&ShadowSlot { root, depth, ref shadow, .. }) = self.shadows.get(at) else {
-            return;
-        };
-        if hidden {
-            self.close(root);
-        } else {
-            self.shadow_passed(root, shadow.pixel as u16, shadow.light(), depth);
+    /// The last shadow rays have come to their end: the last of all is hidden if the lowest bit is set, and so on.
+    ///
+    /// Those of a point follow one another: what they bring is summed up, and added to their pixel once.
+    pub(super) fn end_shadows(&mut self, mut count: usize, mut hidden: u64) {
+        while count > 0 {
+            let Self { world, shadows, fresh, .. } = &*self;
+            let slots = shadows.get(..*fresh).unwrap_or_default();
+            let Some(&ShadowSlot { root, shadow: Shadow { pixel, .. }, .. }) = slots.last() else {
+                break;
+            };
+            let alike = |slot: &&ShadowSlot| slot.root == root && slot.shadow.pixel == pixel;
+            let (mut sum, mut rays) = (Sum::ZERO, 0);
+            for slot in slots.iter().rev().take(count).take_while(alike) {
+                if hidden & 1 == 0 {
+                    sum.add(world.passed(slot.shadow.light(), slot.depth));
+                }
+                hidden >>= 1;
+                rays += 1;
+            }
+            self.fresh = self.fresh.saturating_sub(rays);
+            count = count.saturating_sub(rays);
+            self.add(root, pixel as u16, sum);
+            self.close(root, rays as u32);
         }
-    }
-
-    /// What light has come through belongs to a pixel of a root.
-    fn shadow_passed(&mut self, root: u16, pixel: u16, light: Vec3, depth: [u32; 3]) {
-        let sum = self.world.passed(light, depth);
-        self.add(root, pixel, sum);
-        self.close(root);
     }
 
     /// Takes the last shadow ray.
@@ -190,7 +194,8 @@ impl<W: World> Node<'_, W> {
         match traced {
             Traced::Done => {
                 let ShadowSlot { root, depth, shadow, .. } = slot;
-                self.shadow_passed(root, shadow.pixel as u16, shadow.light(), depth);
+                self.add(root, shadow.pixel as u16, self.world.passed(shadow.light(), depth));
+                self.close(root, 1);
             }
             Traced::Missing(block) => {
                 self.parked = self.parked.saturating_add(1);
@@ -202,7 +207,7 @@ impl<W: World> Node<'_, W> {
             }
             Traced::Corrupt(block) => {
                 self.lost = Some(block);
-                self.close(slot.root);
+                self.close(slot.root, 1);
             }
         }
     }

@@ -74,15 +74,17 @@ impl<W: World> Node<'_, W> {
         let rays = fresh.iter().rev().take(count).map(|slot| slot.shadow.ray());
         let Self { world, blocks, work, .. } = self;
         let Ends { count, stopped, hidden } = world.shadows_together(blocks, rays, work);
-        for at in 0..count {
-            if stopped >> at & 1 == 1 {
+        let mut at = 0;
+        while at < count {
+            let ended = count.saturating_sub(at).min((stopped >> at).trailing_zeros() as usize);
+            self.end_shadows(ended, hidden >> at);
+            at += ended;
+            if at < count {
                 let Some((traced, trail, depth)) = self.world.shadow_end(at) else { break };
                 let Some(mut slot) = self.take_shadow() else { break };
                 (slot.trail, slot.depth) = (trail, depth);
                 self.shadow_traced(slot, traced, now);
-            } else {
-                self.fresh = self.fresh.saturating_sub(1);
-                self.end_shadow(self.fresh, hidden >> at & 1 == 1);
+                at += 1;
             }
         }
         count as u32

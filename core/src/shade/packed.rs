@@ -216,18 +216,18 @@ impl PackedHit {
     #[must_use]
     pub fn new(hit: Option<&Hit>) -> Self {
         let Some(hit) = hit else { return Self::NONE };
-        let mut data = [0; 12];
-        let kind = match hit.primitive {
+        let bits = |v: Vec3| v.to_array().map(f32::to_bits);
+        let (kind, data) = match hit.primitive {
             Primitive::Triangle { vertices, normals } => {
-                let words = vertices.into_iter().flat_map(|v| v.to_array().map(f32::to_bits));
-                let words = words.chain(normals.unwrap_or_default());
-                data.iter_mut().zip(words).for_each(|(place, word)| *place = word);
-                if normals.is_some() { SMOOTH_TRIANGLE } else { TRIANGLE }
+                let kind = if normals.is_some() { SMOOTH_TRIANGLE } else { TRIANGLE };
+                let [[a, b, c], [d, e, f], [g, h, i]] = vertices.map(bits);
+                let [n0, n1, n2] = normals.unwrap_or_default();
+                (kind, [a, b, c, d, e, f, g, h, i, n0, n1, n2])
             }
             Primitive::Sphere { center, radius, inward } => {
-                let words = center.to_array().into_iter().chain([radius]).map(f32::to_bits);
-                data.iter_mut().zip(words).for_each(|(place, word)| *place = word);
-                if inward { BUBBLE } else { SPHERE }
+                let [a, b, c] = bits(center);
+                let kind = if inward { BUBBLE } else { SPHERE };
+                (kind, [a, b, c, radius.to_bits(), 0, 0, 0, 0, 0, 0, 0, 0])
             }
         };
         let Hit { t, b1, b2, material, block, .. } = *hit;
