@@ -6,8 +6,10 @@ use crate::trace::Trail;
 
 /// Blocks that are asked for ahead at once, at most.
 const AHEAD: usize = 16;
-/// Shadow rays traced in a step.
+/// Shadow rays traced one by one in a step, at least.
 const SHADOWS_PER_STEP: u32 = 2;
+/// A ray alone costs as much as so many of a bundle.
+const ALONE: usize = 4;
 
 impl<W: World> Node<'_, W> {
     pub(super) fn has_shadow_room(&self) -> bool {
@@ -178,7 +180,8 @@ impl<W: World> Node<'_, W> {
 
     /// Traces some of the last shadow rays one by one: how many. Of those that are not at their beginning `count` is 0.
     fn trace_shadows(&mut self, count: usize, now: Time) -> u32 {
-        let most = (count as u32).clamp(1, SHADOWS_PER_STEP);
+        let most = (self.bundle_len() / ALONE) as u32;
+        let most = (count as u32).clamp(1, most.max(SHADOWS_PER_STEP));
         for _ in 0..most {
             let Some(mut slot) = self.take_shadow() else { break };
             let ray = slot.shadow.ray();
