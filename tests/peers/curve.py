@@ -14,7 +14,8 @@ Time is that of the rendering alone, without start, reading, compiling the scene
 Radiance are charged CPU seconds, user and system, of all threads: Mitsuba, whose start is Python's and whose
 kernels are compiled at run time, inside its process after a first run; for Radiance the same command on a picture of
 2 x 2 pixels is subtracted. Kiloray, on one thread, is charged the seconds on the clock that it reports (`render_s`),
-so what else runs on the machine counts against it. `total_s` is the CPU time of the whole process.
+so what else runs on the machine counts against it. What takes less than two seconds is run three times, and the
+shortest counts. `total_s` is the CPU time of the whole process.
 """
 import argparse
 import csv
@@ -131,12 +132,14 @@ class Scene:
         for samples, shadow in KILORAY:
             if self.quick and samples * shadow > 64 or samples * shadow > 256 and self.name != 'cornell':
                 continue
-            used = cpu(['target/release/kiloray', 'render', self.path('scene.rad'), '--view', self.path('scene.vf'),
-                        '--width', str(self.width), '--height', str(self.height), '--samples', str(samples),
-                        *(['--shadow-samples', str(shadow)] if shadow else []), '--threads', '1', '--quiet',
-                        '--json', report, '-o', out])[0]
-            with open(report) as file:
-                render_s = json.load(file)['render_s']
+            def run():
+                used = cpu(['target/release/kiloray', 'render', self.path('scene.rad'), '--view', self.path('scene.vf'),
+                            '--width', str(self.width), '--height', str(self.height), '--samples', str(samples),
+                            *(['--shadow-samples', str(shadow)] if shadow else []), '--threads', '1', '--quiet',
+                            '--json', report, '-o', out])[0]
+                with open(report) as file:
+                    return json.load(file)['render_s'], used
+            render_s, used = shortest(run)
             self.add('kiloray', '%d paths, %s shadow' % (samples, shadow or 'adaptive'), render_s, used, images.load(out))
 
     def mitsuba(self, variant):
@@ -147,9 +150,12 @@ class Scene:
         for sampler in ('independent', 'multijitter'):
             for spp in [s for s in MITSUBA if s <= (most if sampler == 'independent' else 1024)]:
                 path = self.path('mitsuba.npy')
-                begin = children()
-                render_s = self.worker(variant, sampler, spp, path)
-                self.add('mitsuba %s, %s' % (variant, sampler), '%d spp' % spp, render_s, children() - begin, images.load(path))
+
+                def run():
+                    begin = children()
+                    return self.worker(variant, sampler, spp, path), children() - begin
+                render_s, used = shortest(run)
+                self.add('mitsuba %s, %s' % (variant, sampler), '%d spp' % spp, render_s, used, images.load(path))
 
     def worker(self, variant, what, spp, path):
         out = subprocess.run([sys.executable, os.path.join(os.path.dirname(os.path.abspath(__file__)), 'mitsuba_worker.py'),
@@ -166,7 +172,7 @@ class Scene:
                 # With many lights the costly settings take minutes, and reach no less error than Radiance's own bias.
                 if self.quick and spp > 4 or self.facts['lights'] > 8 and spp > 0.8 / ds:
                     continue
-                image, used = self.rtrace(spp, ds, options, self.width, self.height)
+                used, image = shortest(lambda: self.rtrace(spp, ds, options, self.width, self.height)[::-1])
                 self.add('radiance', '%d paths, -ds %g, %s' % (spp, ds, name), used - start, used, image)
 
     def rtrace(self, spp, ds, options, width, height):
@@ -180,6 +186,14 @@ class Scene:
                         stdin=rays, env=RADIANCE_ENV)
         values = np.frombuffer(out, np.float32).reshape(height, width, spp, 3)
         return values.astype(np.float64).mean(2), used
+
+
+def shortest(run):
+    """The result of the shortest of three runs, whose time comes first; what takes long is run once."""
+    runs = [run()]
+    while runs[0][0] < 2 and len(runs) < 3:
+        runs.append(run())
+    return min(runs, key=lambda result: result[0])
 
 
 def children():
