@@ -34,9 +34,10 @@ import images  # noqa: E402
 SIZES = {'cornell': (128, 128), 'glass': (192, 128), 'conference': (160, 100)}
 REFERENCE_SPP = {'cornell': 1 << 16, 'glass': 1 << 15, 'conference': 1 << 15}
 
-# Camera paths per pixel, shadow rays per light: what is worth its time at each error.
-KILORAY = [(1, 1), (4, 1), (16, 1), (64, 1), (256, 1), (2, 1), (1, 2), (1, 0), (2, 0), (4, 0), (8, 0), (16, 0), (1, 4), (2, 4), (4, 4), (8, 4),
-           (16, 4), (64, 4), (1, 16), (4, 16), (8, 16), (16, 16), (4, 64), (16, 32), (16, 64)]  # 0: as many shadow rays as Kiloray likes
+# Camera paths per pixel, shadow rays per light (0: as many as Kiloray likes): what is worth its time at each error.
+KILORAY = [(1, 1), (2, 1), (4, 1), (16, 1), (64, 1), (256, 1), (1, 0), (2, 0), (4, 0), (8, 0), (16, 0), (1, 2),
+           (1, 4), (2, 4), (4, 4), (8, 4), (16, 4), (64, 4), (1, 16), (4, 16), (8, 16), (16, 16), (4, 64),
+           (16, 32), (16, 64)]
 MITSUBA = [1, 4, 16, 64, 256, 1024, 4096]
 RADIANCE = [(1, 0.2), (1, 0.05), (4, 0.2), (4, 0.1), (16, 0.2), (16, 0.1), (64, 0.2)]
 RADIANCE_EXACT = '-dj .9 -dt 0 -dc 1 -lr 12 -lw 1e-5'
@@ -132,6 +133,7 @@ class Scene:
         for samples, shadow in KILORAY:
             if self.quick and samples * shadow > 64 or samples * shadow > 256 and self.name != 'cornell':
                 continue
+
             def run():
                 used = cpu(['target/release/kiloray', 'render', self.path('scene.rad'), '--view', self.path('scene.vf'),
                             '--width', str(self.width), '--height', str(self.height), '--samples', str(samples),

@@ -444,5 +444,5 @@ impl<T: Tracer> World for Picture<'_, T> {
 
 /// Entries of the list of what a bundle may touch.
 const WINDOW: usize = 32;
-/// Lights of which clearings are known, at most.
+/// Clearings that are known, at most.
 const CLEARINGS: usize = if cfg!(feature = "clips") { 4 } else { 0 };

@@ -22,7 +22,7 @@ pub struct Sight<T, S> {
     clearings: Clearings<CLEARINGS>,
 }
 
-/// Lights of which clearings are known, at most.
+/// Clearings that are known, at most.
 const CLEARINGS: usize = if cfg!(feature = "clips") { 16 } else { 0 };
 
 impl<T: Tracer, S: BlockSource> Sight<T, S> {

@@ -4,7 +4,7 @@ use crate::geometry::rounding::{UNIT_ROUNDOFF, max};
 use crate::geometry::spawn::{CLEARANCE, TARGET_ERROR};
 use crate::geometry::{Aabb, Ray};
 use crate::scene::{Light, LightKind};
-use glam::{DVec2, DVec3, Vec3};
+use glam::{DVec2, DVec3, Vec3, Vec3Swizzles};
 
 /// Points that a hull can have: eight where rays begin, eight where they end.
 const POINTS_MAX: usize = 16;
@@ -263,8 +263,7 @@ impl Hull {
         if self.starts < BOX_CORNERS {
             return self.starts().reduce(least).unwrap_or_default();
         }
-        let upper = [normal.x < 0.0, normal.y < 0.0, normal.z < 0.0].map(usize::from);
-        let [x, y, z] = upper;
+        let [x, y, z] = normal.to_array().map(|n| usize::from(n < 0.0));
         self.points.items.get(x | y << 1 | z << 2).copied().unwrap_or_default()
     }
 
@@ -326,9 +325,7 @@ impl Hull {
             add(-self.axis);
         }
         // Planes along an axis: the hull in projection, a point of the start and one of the rim on its border.
-        self.tangents(0, |p| DVec2::new(p.y, p.z), |n| DVec3::new(0.0, n.x, n.y), add);
-        self.tangents(1, |p| DVec2::new(p.z, p.x), |n| DVec3::new(n.y, 0.0, n.x), add);
-        self.tangents(2, |p| DVec2::new(p.x, p.y), |n| DVec3::new(n.x, n.y, 0.0), add);
+        (0..3).for_each(|axis| self.tangents(axis, add));
     }
 
     /// The plane through edge `i` of the rim that has all starts and the rim on one side.
@@ -367,13 +364,17 @@ impl Hull {
     }
 
     /// The two lines that touch both the starts and the rim, in the projection along an axis.
-    fn tangents(
-        &self,
-        axis: u8,
-        project: impl Fn(DVec3) -> DVec2 + Copy,
-        lift: impl Fn(DVec2) -> DVec3,
-        add: &mut dyn FnMut(DVec3),
-    ) {
+    fn tangents(&self, axis: u8, add: &mut dyn FnMut(DVec3)) {
+        let project = |p: DVec3| match axis {
+            0 => p.yz(),
+            1 => p.zx(),
+            _ => p.xy(),
+        };
+        let lift = |n: DVec2| match axis {
+            0 => DVec3::new(0.0, n.x, n.y),
+            1 => DVec3::new(n.y, 0.0, n.x),
+            _ => n.extend(0.0),
+        };
         // Of the corners of a box, each falls together with another.
         let is_other = |i: usize| self.starts < BOX_CORNERS || i >> axis & 1 == 0;
         let starts = self.starts().enumerate().filter(|&(i, _)| is_other(i));
