@@ -7,7 +7,7 @@ use kiloray_core::protocol::{Items, Message, write};
 use kiloray_core::render::Tiling;
 use kiloray_core::shade::{Sum, Unit};
 use proptest::prelude::*;
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
 const HOST: NodeId = NodeId(u16::MAX);
 /// A tile of a node of usual speed [ns].
@@ -252,19 +252,24 @@ proptest! {
         for (node, at) in nodes.iter_mut().take(mortal).zip(deaths) {
             node.dies = Time(at);
         }
-        let (ledger, _) = run(&picture, &mut nodes, Faults { lose, ..HEALTHY }, seed);
-        let last = nodes.last().unwrap();
-        prop_assert!(ledger.counts().given_again == 0 || !last.rendered.is_empty());
+        let (ledger, end) = run(&picture, &mut nodes, Faults { lose, ..HEALTHY }, seed);
+        // What a node had in hand as it died is complete, so it was given to another as well.
+        let dead = nodes.iter().filter(|node| node.is_dead(end));
+        let in_hand = dead.flat_map(|n| n.queue.iter().copied().chain(n.work.map(|(tile, _)| tile)));
+        let in_hand: BTreeSet<u32> = in_hand.collect();
+        prop_assert!(ledger.counts().given_again >= in_hand.len() as u64, "{in_hand:?}");
     }
 
     #[test]
-    fn where_all_is_well_every_tile_is_rendered_once(
+    fn where_all_is_well_hardly_a_tile_is_rendered_twice(
         picture in pictures(), mut nodes in meshes(7..10), seed: u64,
     ) {
         let (ledger, _) = run(&picture, &mut nodes, HEALTHY, seed);
         let counts = ledger.counts();
-        prop_assert_eq!((counts.given_again, counts.duplicates), (0, 0));
+        // When a tile is overdue is estimated: some that are three times slower than all before them are taken for lost.
+        prop_assert!(counts.given_again <= 1 + counts.given / 50, "{counts:?}");
         let rendered: usize = nodes.iter().map(|n| n.rendered.len()).sum();
-        prop_assert_eq!(rendered as u64, counts.given);
+        let rendered = rendered as u64;
+        prop_assert!((counts.given..=counts.given + counts.given_again).contains(&rendered));
     }
 }
