@@ -1,10 +1,14 @@
-use crate::{Error, Faults, Options, Rate};
+use crate::{Error, Faults, Options, Profile, Rate};
+
+/// Longest that an operation may take \[ns\]: a second.
+const LONGEST: f64 = 1e9;
 
 /// Whether the options can be.
 pub(crate) fn check(options: &Options) -> Result<(), Error> {
     if options.link.bandwidth == 0 {
         return Err(Error::Bandwidth);
     }
+    profile(&options.profile)?;
     let nodes = options.mesh.topology.nodes();
     let Faults { loss, duplicate, slow, crashes, .. } = &options.faults;
     for Rate { count, of } in [*loss, *duplicate] {
@@ -33,4 +37,18 @@ pub(crate) fn check(options: &Options) -> Result<(), Error> {
         return Err(Error::AllDie { nodes });
     }
     Ok(())
+}
+
+/// Whether a machine can be so fast: without any time for a ray, virtual time would stand still.
+fn profile(profile: &Profile) -> Result<(), Error> {
+    let wrong =
+        profile.operations().into_iter().find(|(_, ns)| !(0.0..=LONGEST).contains(ns)).or_else(
+            || (profile.ray <= 0.0).then_some(("a ray, begun or gone on with", profile.ray)),
+        );
+    match wrong {
+        Some((operation, ns)) => {
+            Err(Error::Profile { name: profile.name.to_string(), operation, ns })
+        }
+        None => Ok(()),
+    }
 }

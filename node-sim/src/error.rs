@@ -69,6 +69,18 @@ pub enum Error {
         /// The factor.
         factor: f64,
     },
+    /// A machine that cannot be.
+    #[error(
+        "profile {name}: {operation} cannot take {ns} ns: from 0 to a second, and a ray takes some time"
+    )]
+    Profile {
+        /// What the profile is called.
+        name: String,
+        /// Which operation.
+        operation: &'static str,
+        /// Its time \[ns\].
+        ns: f64,
+    },
     /// Nobody is left to render.
     #[error("all {nodes} nodes die: nobody is left to render")]
     AllDie {

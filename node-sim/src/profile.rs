@@ -1,21 +1,27 @@
+use std::borrow::Cow;
+
 use kiloray_core::node::Work;
+use serde::{Deserialize, Serialize};
 
 use crate::NodeTime;
 
 /// How long the operations of a node take on a machine \[ns\].
 ///
 /// `pc` is measured: one core of the machine named at [`Profile::PC`], rendering some scenes with one thread, and the least squares of what a simulated
-/// node counts for the same pictures. The example `calibrate` does it on another machine.
+/// node counts for the same pictures. `kiloray calibrate` does it on another machine, and writes a profile that is read by [`serde`].
 ///
 /// `stm32f4` and `rp2350` are instructions of the firmware, counted under an emulator (`node-board/instructions`), times what the machine's
 /// papers say of one; an emulator does not know how long they take. Expect them to be right within a half, where most is not spheres.
 ///
 /// `t800` is worked out: operations of the scalar code, counted in its source (with the early outs of an average visit), times what its
 /// data sheet says of an operation. Compilers need several times as many instructions: expect no more than its ratio of computing to links.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Profile {
     /// What it is called.
-    pub name: &'static str,
+    pub name: Cow<'static, str>,
+    /// What its figures are from, in words.
+    pub source: Cow<'static, str>,
     /// A tree node: eight boxes.
     pub node: f64,
     /// A leaf record: up to four triangles.
@@ -53,10 +59,13 @@ pub struct Profile {
 }
 
 impl Profile {
-    /// One core of a PC (AMD EPYC, AVX2), by the example `calibrate`; the time of a message is that of writing, routing and
+    /// One core of a PC (AMD EPYC, AVX2), by `kiloray calibrate`; the time of a message is that of writing, routing and
     /// reading a short one.
     pub const PC: Self = Self {
-        name: "pc",
+        name: Cow::Borrowed("pc"),
+        source: Cow::Borrowed(
+            "measured: one core of an AMD EPYC with AVX2, fitted to pictures rendered by one thread",
+        ),
         node: 23.3,
         leaf: 15.9,
         block: 21.6,
@@ -91,22 +100,33 @@ impl Profile {
     /// All profiles.
     pub const ALL: [Self; 4] = [Self::PC, Self::T800, Self::RP2350, Self::STM32F4];
 
-    /// What its figures are from, in words.
-    #[must_use]
-    pub fn source(&self) -> &'static str {
-        if *self == Self::PC {
-            "measured: one core of an AMD EPYC with AVX2, fitted to pictures rendered by one thread"
-        } else if *self != Self::T800 {
-            "instructions of the firmware counted under an emulator, times what the machine's papers say of one; right within a half"
-        } else {
-            "worked out: operations counted in the source, times what the machine's papers say of one; right within a factor of two"
-        }
-    }
-
     /// The profile of this name.
     #[must_use]
     pub fn named(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|profile| profile.name == name)
+    }
+
+    /// Each operation in words, and its time \[ns\].
+    #[must_use]
+    pub fn operations(&self) -> [(&'static str, f64); 16] {
+        [
+            ("a node of the tree: eight boxes", self.node),
+            ("a record of a leaf: up to four triangles", self.leaf),
+            ("entering a block", self.block),
+            ("a ray, begun or gone on with", self.ray),
+            ("a shadow ray, begun or gone on with", self.shadow_ray),
+            ("beginning a ray among others", self.bundle_ray),
+            ("a node of the tree, for rays together", self.bundle_node),
+            ("a box, for eight rays together", self.bundle_box),
+            ("a triangle, for eight rays together", self.bundle_triangle),
+            ("shading a hit", self.shading),
+            ("estimating a light", self.light),
+            ("making a shadow ray", self.light_sample),
+            ("clipping a bundle", self.clip),
+            ("a message, in or out", self.message),
+            ("copying a byte", self.copy),
+            ("checking a byte of a block", self.check),
+        ]
     }
 
     /// The same in a scene of so many lights: they are a part of each hit.
@@ -156,7 +176,10 @@ impl Profile {
 /// 3000 operations in double precision of 80 instructions each.
 const fn cortex_m(name: &'static str, ns: f64) -> Profile {
     Profile {
-        name,
+        name: Cow::Borrowed(name),
+        source: Cow::Borrowed(
+            "instructions of the firmware counted under an emulator, times what the machine's papers say of one; right within a half",
+        ),
         node: 725.0 * ns,
         leaf: 1170.0 * ns,
         block: 529.0 * ns,
@@ -191,7 +214,10 @@ impl Machine {
     const fn profile(self) -> Profile {
         let Self { name, float, other } = self;
         Profile {
-            name,
+            name: Cow::Borrowed(name),
+            source: Cow::Borrowed(
+                "worked out: operations counted in the source, times what the machine's papers say of one; right within a factor of two",
+            ),
             // Six children, of which some are left after one or two axes: 8 and 5 for each axis; two are put on the stack.
             node: 85.0 * float + 150.0 * other,
             // Three triangles: 24 to shear the vertices, 9 for the signs, and some go on to their box.

@@ -79,7 +79,7 @@ pub fn simulate(
     };
     let settings = RunSettings {
         link: options.link,
-        profile: options.profile.with_lights(file.lights().len()),
+        profile: options.profile.clone().with_lights(file.lights().len()),
         faults: options.faults.clone(),
         seed: options.seed,
         packet: layout.packet(),
@@ -221,7 +221,7 @@ fn report<W: World>(
     let totals = Totals::new(&nodes, &links);
     Report {
         mesh: MeshReport::new(mesh),
-        profile: options.profile.name,
+        profile: options.profile.name.to_string(),
         virtual_ns: run.now,
         messages: totals.messages(),
         timeline: std::mem::take(&mut run.timeline).finish(run.now, mesh.nodes()),

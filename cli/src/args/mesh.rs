@@ -1,6 +1,6 @@
-use std::{fmt, str::FromStr};
+use std::{fmt, path::PathBuf, str::FromStr};
 
-use clap::{ArgMatches, Args, ValueEnum, parser::ValueSource};
+use clap::{ArgMatches, Args, ValueEnum, ValueHint, parser::ValueSource};
 use kiloray_core::network::NODES_MAX;
 use serde::Serialize;
 
@@ -17,8 +17,9 @@ pub(crate) struct Mesh {
     #[command(flatten)]
     #[serde(flatten)]
     pub(crate) division: Division,
-    /// How fast a node is
-    #[arg(long, value_name = "P", value_enum, default_value_t = Profile::Pc, help_heading = "Mesh")]
+    /// How fast a node is: pc (a core of a PC, measured), t800 (transputer of 1987, 20 MHz), rp2350 (Raspberry Pi Pico 2: Cortex-M33 with FPU, 150 MHz),
+    /// stm32f4 (STM32F407: Cortex-M4F, 168 MHz), or a file that 'kiloray calibrate' wrote
+    #[arg(long, value_name = "P", default_value = "pc", value_hint = ValueHint::FilePath, help_heading = "Mesh")]
     pub(crate) profile: Profile,
     /// Nodes that are slower by a factor, as in 5:10 (repeatable)
     #[arg(long, value_name = "NODE:FACTOR", value_delimiter = ',', help_heading = "Mesh")]
@@ -59,17 +60,32 @@ pub(super) fn is_typed(matches: &ArgMatches) -> bool {
 }
 
 /// How fast a node is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize)]
-#[serde(rename_all = "lowercase")]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[serde(untagged)]
 pub(crate) enum Profile {
-    /// A core of a PC, measured
-    Pc,
-    /// Transputer of 1987, 20 MHz
-    T800,
-    /// Raspberry Pi Pico 2: Cortex-M33 with FPU, 150 MHz
-    Rp2350,
-    /// STM32F407: Cortex-M4F, 168 MHz
-    Stm32f4,
+    /// As every machine knows it.
+    Named(String),
+    /// As measured on some machine.
+    File(PathBuf),
+}
+
+impl FromStr for Profile {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        if kiloray_sim::Profile::named(text).is_some() {
+            return Ok(Self::Named(text.to_owned()));
+        }
+        let path = PathBuf::from(text);
+        if path.extension().is_some_and(|extension| extension == "json") {
+            return Ok(Self::File(path));
+        }
+        let names = kiloray_sim::Profile::ALL.map(|profile| profile.name);
+        Err(format!(
+            "'{text}' is no profile; there are {}, and files that 'kiloray calibrate -o my.json' wrote",
+            names.join(", ")
+        ))
+    }
 }
 
 /// Which rays go where.

@@ -103,7 +103,10 @@ pub(crate) enum Command {
     Compile(Compile),
     /// Print what a memory is spent on, line by line
     #[command(after_help = text::PLAN, args_override_self = true)]
-    Plan(Plan),
+    Plan(Box<Plan>),
+    /// Measure how fast this machine is, for 'kiloray sim --profile'
+    #[command(after_help = text::CALIBRATE, args_override_self = true)]
+    Calibrate(Calibrate),
     /// Measure how far a picture is from a reference
     #[command(after_help = text::COMPARE, args_override_self = true)]
     Compare(Compare),
@@ -401,6 +404,23 @@ pub(crate) struct Plan {
     /// Something is said of a mesh.
     #[arg(skip)]
     pub(crate) is_mesh: bool,
+}
+
+/// `kiloray calibrate`.
+#[derive(Debug, Args)]
+pub(crate) struct Calibrate {
+    /// The profile: a file for --profile, called as the profile is
+    #[arg(short, long, value_name = "FILE", value_hint = ValueHint::FilePath, default_value = "machine.json")]
+    pub(crate) output: PathBuf,
+    /// Nodes that this machine is to run at the same time: each may be slower beside others [default: as many as it has cores]
+    #[arg(long, value_name = "N", value_parser = options::threads, allow_hyphen_values = true)]
+    pub(crate) threads: Option<u32>,
+    /// How often each picture is rendered; the quickest counts
+    #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=1000), allow_hyphen_values = true)]
+    pub(crate) repeats: u32,
+    /// Print nothing but errors
+    #[arg(short, long)]
+    pub(crate) quiet: bool,
 }
 
 /// `kiloray compare`.

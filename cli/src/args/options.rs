@@ -200,7 +200,7 @@ pub(super) fn bounces(text: &str) -> Result<u32, String> {
     whole(text, 0, 64)
 }
 
-fn threads(text: &str) -> Result<u32, String> {
+pub(super) fn threads(text: &str) -> Result<u32, String> {
     whole(text, 1, 1024)
 }
 

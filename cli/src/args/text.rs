@@ -53,6 +53,15 @@ run ends with an error, and what was rendered is marked as incomplete.
 efficiency = T1 / (nodes x TN), with T1 the virtual time of one node of the same profile that has
 the whole scene in its memory. The page of --report shows what the rest was lost to.";
 
+pub(super) const CALIBRATE: &str = "\
+Examples:
+  kiloray calibrate -o mine.json                   some seconds; best when the machine is quiet
+  kiloray sim glass --nodes 2 --profile mine.json  how long 'kiloray host' would take here
+
+It renders pictures of built-in scenes on each of --threads threads, and finds how long an operation
+of a node takes (a box test, a shading, ..) such that what a simulated node counts for the same
+pictures adds up to the times measured. It prints both, also for pictures that it did not use.";
+
 pub(super) const BOARD: &str = "\
 Examples:
   kiloray board glass                              a ring of four Cortex-M4F boards

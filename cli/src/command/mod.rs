@@ -1,6 +1,7 @@
 //! What each command does.
 
 mod board;
+mod calibrate;
 mod compare;
 mod compile;
 mod completions;
@@ -39,6 +40,7 @@ pub(crate) fn run(arguments: Arguments) -> Outcome {
         Some(Command::LineNode(node)) => board::line_node(&node),
         Some(Command::Compile(compile)) => compile::run(&compile),
         Some(Command::Plan(plan)) => plan::run(&plan),
+        Some(Command::Calibrate(calibrate)) => calibrate::run(&calibrate),
         Some(Command::Compare(compare)) => compare::run(&compare),
         Some(Command::Scenes(scenes)) => scenes::run(&scenes),
         Some(Command::Completions(completions)) => completions::run(&completions),

@@ -1,6 +1,7 @@
 //! The command as a person meets it: the real binary, its exit codes, messages and files.
 
 mod board;
+mod calibrate;
 #[cfg(feature = "host")]
 mod cluster;
 mod compare;

@@ -145,6 +145,7 @@ fn senseless_meshes_are_refused_in_one_line() {
         ("--topology star", "hypercube"),
         ("--topology hypercube --nodes 12", "power of two"),
         ("--profile z80", "t800"),
+        ("--profile z80", "calibrate"),
         ("--schedule fast", "demand"),
         ("--placement anywhere", "round-robin"),
         ("--loss 2", "between 0 and 1"),

@@ -14,6 +14,7 @@ fn help_teaches() {
         "sweep",
         "compile",
         "plan",
+        "calibrate",
         "compare",
         "scenes",
         "completions",
@@ -21,7 +22,7 @@ fn help_teaches() {
     ] {
         assert!(help.contains(command), "no '{command}' in: {help}");
     }
-    for command in ["render", "sim", "sweep", "compile", "plan", "compare"] {
+    for command in ["render", "sim", "sweep", "compile", "plan", "calibrate", "compare"] {
         let help = folder.run(&format!("{command} --help")).done().out();
         assert!(help.contains("Examples:"), "{command}: {help}");
     }
@@ -111,6 +112,8 @@ fn senseless_lines_are_refused_in_one_line() {
         ("render cornel", "cornell"),
         ("render cornell:3", "one size"),
         ("render sinc:1000000", "2 to 2236"),
+        ("calibrate --threads 0", "1 to 1024"),
+        ("calibrate --repeats 0", "--repeats"),
         ("completions tcsh", "bash"),
     ] {
         folder.run(line).refused(2, &[part]);

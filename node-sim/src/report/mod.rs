@@ -22,7 +22,7 @@ pub struct Report {
     /// The mesh.
     pub mesh: MeshReport,
     /// Name of the machine profile.
-    pub profile: &'static str,
+    pub profile: String,
     /// From the first event to the last pixel \[ns\].
     pub virtual_ns: u64,
     /// Every node, by its number.

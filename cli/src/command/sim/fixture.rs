@@ -98,7 +98,7 @@ pub(super) fn report(topology: &Topology) -> Report {
     };
     Report {
         mesh: MeshReport { shape, sizes, wraps, arity, nodes: n, attached: vec![0, n - 1] },
-        profile: "pc",
+        profile: "pc".to_owned(),
         virtual_ns: ALL,
         nodes,
         links,

@@ -18,7 +18,7 @@ impl Run<'_> {
             "version": env!("CARGO_PKG_VERSION"),
             "options": self.options_json(),
             "complete": outcome.complete,
-            "profile_source": self.options.profile.source(),
+            "profile_source": self.options.profile.source,
             "lost_block": outcome.lost,
             "image_hash": self.done.image_hash,
             "image_hash_kind": "blake3",

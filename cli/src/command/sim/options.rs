@@ -9,7 +9,7 @@ use kiloray_sim::{
 
 use crate::{
     args::{self, Bounds},
-    command::{division, engine},
+    command::{calibrate, division, engine},
     failure::{Failure, Outcome},
     scene::Scene,
 };
@@ -44,10 +44,10 @@ pub(in crate::command) fn on(
     let mut options = Options::new(divided.width, divided.height, view, divided.topology);
     options.mesh = MeshOptions { owned_in_arena: mesh.owned_in_arena, ..divided };
     options.link = link(mesh, options.link);
-    let profile = profile_name(mesh.profile);
-    options.profile = Profile::named(profile).ok_or_else(|| {
-        Failure::usage(format_args!("--profile {profile}: it has no figures yet"))
-    })?;
+    options.profile = match &mesh.profile {
+        args::Profile::Named(name) => Profile::named(name).unwrap_or(Profile::PC),
+        args::Profile::File(path) => calibrate::read(path)?,
+    };
     options.faults = faults(mesh);
     Ok(options)
 }
@@ -72,15 +72,6 @@ pub(in crate::command) fn refused(error: Error) -> Failure {
         Error::Budget(error) => engine::too_small(&error),
         Error::Stuck { .. } | Error::Arena(_) => Failure::new(error),
         other => Failure::usage(other),
-    }
-}
-
-fn profile_name(profile: args::Profile) -> &'static str {
-    match profile {
-        args::Profile::Pc => "pc",
-        args::Profile::T800 => "t800",
-        args::Profile::Rp2350 => "rp2350",
-        args::Profile::Stm32f4 => "stm32f4",
     }
 }
 

@@ -302,25 +302,11 @@ fn the_run(page: &mut Page, run: &Run<'_>, shown: &Shown<'_>) {
 fn machine(page: &mut Page, run: &Run<'_>) {
     let p = &run.options.profile;
     page.heading("What operations take");
-    page.text(format_args!("Profile {}, {}.", p.name, p.source()));
-    let each = |name: &str, ns: f64| {
+    page.text(format_args!("Profile {}, {}.", p.name, p.source));
+    let each = |(name, ns): (&str, f64)| {
         vec![name.to_owned(), if ns < 1.0 { format!("{ns:.3} ns") } else { format!("{ns:.1} ns") }]
     };
-    let rows = [
-        ("a node of the tree: eight boxes", p.node),
-        ("a record of a leaf: up to four triangles", p.leaf),
-        ("entering a block", p.block),
-        ("a ray, begun or gone on with", p.ray),
-        ("a shadow ray, begun or gone on with", p.shadow_ray),
-        ("shading a hit", p.shading),
-        ("estimating a light", p.light),
-        ("making a shadow ray", p.light_sample),
-        ("clipping a bundle", p.clip),
-        ("a message, in or out", p.message),
-        ("copying a byte", p.copy),
-        ("checking a byte of a block", p.check),
-    ];
-    page.table(&["operation", "time"], &rows.map(|(name, ns)| each(name, ns)));
+    page.table(&["operation", "time"], &p.operations().map(each));
 }
 
 fn part(of: u64, all: u64) -> f64 {

@@ -1,0 +1,136 @@
+//! `kiloray calibrate`: how long the operations of a node take on this machine.
+
+mod bytes;
+mod file;
+mod fit;
+mod picture;
+
+use std::thread::available_parallelism;
+
+use kiloray_sim::Profile;
+
+pub(super) use self::file::read;
+use self::{
+    fit::{Row, fit, rounded},
+    picture::Picture,
+};
+use crate::{
+    args,
+    console::{duration, line},
+    failure::{self, Outcome},
+    output::Output,
+    progress::Progress,
+};
+
+/// What the fit sees: each operation is much of some picture, and little of another.
+const SEEN: [Picture; 12] = [
+    Picture { scene: "cornell", side: 128, samples: 4 },
+    Picture { scene: "cornell", side: 64, samples: 16 },
+    Picture { scene: "colour-cube:6", side: 64, samples: 2 },
+    Picture { scene: "colour-cube:20", side: 64, samples: 2 },
+    Picture { scene: "sphereflake", side: 48, samples: 2 },
+    Picture { scene: "glass", side: 64, samples: 2 },
+    Picture { scene: "glass", side: 48, samples: 8 },
+    Picture { scene: "sinc", side: 64, samples: 4 },
+    Picture { scene: "conference", side: 64, samples: 2 },
+    Picture { scene: "sinc:40", side: 48, samples: 4 },
+    Picture { scene: "studio", side: 64, samples: 2 },
+    Picture { scene: "studio", side: 48, samples: 8 },
+];
+/// What it does not see: how well it predicts them says how good it is.
+const UNSEEN: [Picture; 4] = [
+    Picture { scene: "cornell", side: 96, samples: 8 },
+    Picture { scene: "glass", side: 64, samples: 4 },
+    Picture { scene: "sphereflake", side: 64, samples: 4 },
+    Picture { scene: "colour-cube:12", side: 64, samples: 4 },
+];
+/// Errors of those above which the figures are not to be relied on: usually the machine was busy.
+const DOUBTFUL: f64 = 0.2;
+
+/// What was measured.
+struct Machine {
+    /// Of [`SEEN`].
+    seen: Vec<Row>,
+    /// Of [`UNSEEN`].
+    unseen: Vec<Row>,
+    /// What follows.
+    profile: Profile,
+}
+
+/// Measures and writes.
+pub(super) fn run(arguments: &args::Calibrate) -> Outcome {
+    let quiet = arguments.quiet;
+    let output = Output::create(&arguments.output)?;
+    let cores = || available_parallelism().map_or(1, usize::from);
+    let threads = arguments.threads.map_or_else(cores, |threads| threads as usize);
+    let Machine { seen, unseen, mut profile } = measure(threads, arguments.repeats, quiet)?;
+
+    let worst = unseen.iter().map(|row| row.error(&profile).abs()).fold(0.0, f64::max);
+    let within = format!("{:.0} %", 100.0 * worst);
+    profile.name = file::name(&arguments.output).into();
+    profile.source = format!(
+        "measured by kiloray {} calibrate, {threads} threads of a machine with {} ({}); pictures that the fit did not see are predicted within {within}",
+        env!("CARGO_PKG_VERSION"),
+        std::env::consts::ARCH,
+        std::env::consts::OS,
+    )
+    .into();
+    file::write(&profile, output)?;
+
+    if quiet {
+        return Ok(());
+    }
+    if cfg!(debug_assertions) {
+        failure::warn(
+            "so fast is a build for development; 'cargo run --release -- calibrate' measures what others run",
+        );
+    }
+    if worst > DOUBTFUL {
+        failure::warn(&format!(
+            "pictures that were not used differ by up to {within}: measure again when the machine is quiet"
+        ));
+    }
+    if arguments.output.as_os_str() == "-" {
+        return Ok(());
+    }
+    print("used for the fit", &SEEN, &seen, &profile)?;
+    print("not used", &UNSEEN, &unseen, &profile)?;
+    let path = arguments.output.display();
+    line(format_args!("{path}: use it with 'kiloray sim SCENE --profile {path}'"))
+}
+
+/// Measures with so many threads at once. The pictures take turns, so that what else the machine does for a while is shared out.
+fn measure(threads: usize, repeats: u32, quiet: bool) -> Outcome<Machine> {
+    let pictures = || SEEN.iter().chain(&UNSEEN);
+    let bar = Progress::new("measuring", pictures().count() as u64 * u64::from(repeats), quiet);
+    bar.message("counting operations".into());
+    let mut subjects = pictures().map(Picture::count).collect::<Outcome<Vec<_>>>()?;
+    let mut done = 1..;
+    for round in 1..=repeats {
+        for (picture, subject) in pictures().zip(&mut subjects) {
+            bar.message(format!("round {round} of {repeats}: {picture}"));
+            subject.time(threads)?;
+            bar.set(done.next().unwrap_or(0));
+        }
+    }
+    let mut seen: Vec<Row> = subjects.into_iter().map(|subject| subject.row).collect();
+    let unseen = seen.split_off(SEEN.len());
+    let (copy, check) = (rounded(bytes::copy_ns()), rounded(bytes::check_ns()?));
+    let profile = Profile { copy, check, ..fit(&seen) };
+    Ok(Machine { seen, unseen, profile })
+}
+
+/// Pictures, as they were measured and are predicted.
+fn print(title: &str, pictures: &[Picture], measured: &[Row], profile: &Profile) -> Outcome {
+    line(format_args!("{title:<36} {:>9} {:>12} {:>8}", "measured", profile.name, "pc"))?;
+    for (picture, row) in pictures.iter().zip(measured) {
+        line(format_args!(
+            "  {:<34} {:>9} {:>+10.1} % {:>+6.0} %",
+            picture.to_string(),
+            duration(row.ns as u64),
+            100.0 * row.error(profile),
+            100.0 * row.error(&Profile::PC),
+        ))?;
+    }
+    Ok(())
+}
