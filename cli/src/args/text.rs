@@ -55,7 +55,7 @@ the whole scene in its memory. The page of --report shows what the rest was lost
 
 pub(super) const CALIBRATE: &str = "\
 Examples:
-  kiloray calibrate -o mine.json                   some seconds; best when the machine is quiet
+  kiloray calibrate -o mine.json                   a minute or two; best when the machine is quiet
   kiloray sim glass --nodes 2 --profile mine.json  how long 'kiloray host' would take here
 
 It renders pictures of built-in scenes on each of --threads threads, and finds how long an operation

@@ -23,26 +23,28 @@ use crate::{
 };
 
 /// What the fit sees: each operation is much of some picture, and little of another.
-const SEEN: [Picture; 12] = [
-    Picture { scene: "cornell", side: 128, samples: 4 },
-    Picture { scene: "cornell", side: 64, samples: 16 },
-    Picture { scene: "colour-cube:6", side: 64, samples: 2 },
-    Picture { scene: "colour-cube:20", side: 64, samples: 2 },
-    Picture { scene: "sphereflake", side: 48, samples: 2 },
-    Picture { scene: "glass", side: 64, samples: 2 },
-    Picture { scene: "glass", side: 48, samples: 8 },
-    Picture { scene: "sinc", side: 64, samples: 4 },
-    Picture { scene: "conference", side: 64, samples: 2 },
-    Picture { scene: "sinc:40", side: 48, samples: 4 },
-    Picture { scene: "studio", side: 64, samples: 2 },
-    Picture { scene: "studio", side: 48, samples: 8 },
+const SEEN: [Picture; 14] = [
+    Picture { scene: "cornell", side: 128, zoom: 1.0, samples: 4 },
+    Picture { scene: "cornell", side: 64, zoom: 6.0, samples: 16 },
+    Picture { scene: "colour-cube:6", side: 64, zoom: 4.0, samples: 2 },
+    Picture { scene: "colour-cube:20", side: 64, zoom: 1.0, samples: 2 },
+    Picture { scene: "sphereflake", side: 48, zoom: 1.0, samples: 2 },
+    Picture { scene: "sphereflake", side: 48, zoom: 6.0, samples: 2 },
+    Picture { scene: "glass", side: 64, zoom: 1.0, samples: 2 },
+    Picture { scene: "glass", side: 64, zoom: 6.0, samples: 4 },
+    Picture { scene: "sinc", side: 64, zoom: 1.0, samples: 4 },
+    Picture { scene: "sinc:40", side: 48, zoom: 3.0, samples: 4 },
+    Picture { scene: "conference", side: 64, zoom: 1.0, samples: 2 },
+    Picture { scene: "conference", side: 64, zoom: 6.0, samples: 2 },
+    Picture { scene: "studio", side: 64, zoom: 1.0, samples: 2 },
+    Picture { scene: "studio", side: 64, zoom: 6.0, samples: 4 },
 ];
 /// What it does not see: how well it predicts them says how good it is.
 const UNSEEN: [Picture; 4] = [
-    Picture { scene: "cornell", side: 96, samples: 8 },
-    Picture { scene: "glass", side: 64, samples: 4 },
-    Picture { scene: "sphereflake", side: 64, samples: 4 },
-    Picture { scene: "colour-cube:12", side: 64, samples: 4 },
+    Picture { scene: "cornell", side: 96, zoom: 3.0, samples: 8 },
+    Picture { scene: "glass", side: 64, zoom: 3.0, samples: 4 },
+    Picture { scene: "sphereflake", side: 64, zoom: 3.0, samples: 4 },
+    Picture { scene: "colour-cube:12", side: 64, zoom: 2.0, samples: 4 },
 ];
 /// Errors of those above which the figures are not to be relied on: usually the machine was busy.
 const DOUBTFUL: f64 = 0.2;
@@ -122,10 +124,10 @@ fn measure(threads: usize, repeats: u32, quiet: bool) -> Outcome<Machine> {
 
 /// Pictures, as they were measured and are predicted.
 fn print(title: &str, pictures: &[Picture], measured: &[Row], profile: &Profile) -> Outcome {
-    line(format_args!("{title:<36} {:>9} {:>12} {:>8}", "measured", profile.name, "pc"))?;
+    line(format_args!("{title:<46} {:>9} {:>12} {:>8}", "measured", profile.name, "pc"))?;
     for (picture, row) in pictures.iter().zip(measured) {
         line(format_args!(
-            "  {:<34} {:>9} {:>+10.1} % {:>+6.0} %",
+            "  {:<44} {:>9} {:>+10.1} % {:>+6.0} %",
             picture.to_string(),
             duration(row.ns as u64),
             100.0 * row.error(profile),

@@ -1,7 +1,7 @@
 use std::{fmt, hint::black_box, sync::atomic::AtomicBool, thread};
 
 use cpu_time::ProcessTime;
-use kiloray_core::network::Topology;
+use kiloray_core::{network::Topology, scene::View};
 use kiloray_scene::{builtin, compile, kilo::KiloFile};
 
 use super::fit::Row;
@@ -23,14 +23,19 @@ pub(super) struct Picture {
     pub(super) scene: &'static str,
     /// Pixels each way.
     pub(super) side: u32,
+    /// How many times as many pixels there would be each way, were this not the middle of a greater picture: the greater it is, the more do
+    /// neighbours have in common.
+    pub(super) zoom: f32,
     /// Camera paths for each pixel.
     pub(super) samples: u32,
 }
 
 impl fmt::Display for Picture {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { scene, side, samples } = self;
-        let name = format!("{scene} {side} x {side}, {samples} samples");
+        let Self { scene, side, zoom, samples } = self;
+        let part =
+            if *zoom > 1.0 { format!(" of {0} x {0}", *side as f32 * zoom) } else { String::new() };
+        let name = format!("{scene} {side} x {side}{part}, {samples} samples");
         f.pad(&name)
     }
 }
@@ -52,6 +57,7 @@ impl Picture {
         let file = KiloFile::from_compiled(compiled);
         let scene = file.view();
         let view = *scene.views().first().ok_or_else(|| Failure::new("the scene has no view"))?;
+        let view = View { size: view.size.map(|size| size / self.zoom), ..view };
 
         let topology = Topology::parse("line", 1).map_err(Failure::new)?;
         let mut options = kiloray_sim::Options::new(self.side, self.side, view, topology);
