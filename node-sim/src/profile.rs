@@ -256,7 +256,7 @@ mod tests {
     #[test]
     fn names_are_found() {
         for profile in Profile::ALL {
-            assert_eq!(Profile::named(profile.name), Some(profile));
+            assert_eq!(Profile::named(&profile.name), Some(profile));
         }
         assert_eq!(Profile::named("abacus"), None);
     }

@@ -128,8 +128,8 @@ pub fn run(scenes: &Scenes, seed: u64, run: u64) -> Result<End, Failure> {
     })
 }
 
-fn one_of<T: Copy>(random: &mut Rng, all: &[T]) -> T {
-    all[random.usize(..all.len())]
+fn one_of<T: Clone>(random: &mut Rng, all: &[T]) -> T {
+    all[random.usize(..all.len())].clone()
 }
 
 /// What a seed makes of a run.

@@ -90,5 +90,6 @@ fn files_that_are_no_profiles_are_refused_by_name() {
     }
     folder.run(&format!("{SIM} --profile none.json")).refused(1, &["none.json", "no such file"]);
     folder.run("calibrate -o none/mine.json").refused(1, &["none"]);
+    folder.run("calibrate -o mine.txt").refused(2, &[".json"]);
     assert_eq!(folder.names(), ["wrong.json"]);
 }

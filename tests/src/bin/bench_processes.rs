@@ -4,6 +4,7 @@
 //! Starting the processes is counted apart. Beside the clock it prints what all processes had of the processors, which does not depend on
 //! what else the machine does: their ratio to `render` is what a mesh costs, the rest is what processors stood idle.
 
+use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
@@ -16,6 +17,7 @@ use kiloray_host::{Config, Control, Folder, Outcome, Spent, Supervisor, run_host
 use kiloray_render::{MeshOptions, Picture};
 use kiloray_scene::kilo::KiloFile;
 use kiloray_scene::{builtin, compile};
+use kiloray_sim::Profile;
 use kiloray_tests::{kills, reference::bits, statistics::median};
 
 /// A mesh of processes on this machine against `render`, paired, and against the simulator.
@@ -51,6 +53,9 @@ struct Arguments {
     /// Without the simulator, which takes about as long as one thread for each mesh.
     #[arg(long)]
     no_sim: bool,
+    /// How fast this machine is: a file of `kiloray calibrate`; without it the simulator takes it for a `pc`.
+    #[arg(long)]
+    profile: Option<PathBuf>,
     /// Where the time of each process went.
     #[arg(long)]
     verbose: bool,
@@ -121,10 +126,12 @@ fn bench(arguments: &Arguments) -> Result<(), String> {
         // It gives each node a processor.
         let processors = std::thread::available_parallelism().map_or(1, usize::from);
         if !arguments.no_sim && usize::from(nodes) <= processors {
-            let predicted = simulated(&file, arguments, nodes)?;
+            let profile = profile(arguments)?;
+            let name = profile.name.clone();
+            let predicted = simulated(&file, arguments, nodes, profile)?;
             let wall = median(&all.iter().map(|mesh| mesh.wall).collect::<Vec<_>>());
             println!(
-                "{nodes} processes: {wall:.2} s, the simulator says {predicted:.2} s with profile pc: ratio {:.3}",
+                "{nodes} processes: {wall:.2} s, the simulator says {predicted:.2} s with profile {name}: ratio {:.3}",
                 wall / predicted
             );
         }
@@ -230,13 +237,26 @@ fn print(outcome: &Outcome) {
     }
 }
 
+/// How fast this machine is taken to be.
+fn profile(arguments: &Arguments) -> Result<Profile, String> {
+    let Some(path) = &arguments.profile else { return Ok(Profile::PC) };
+    let text = std::fs::read(path).map_err(|e| format!("{}: {e}", path.display()))?;
+    serde_json::from_slice(&text).map_err(|e| format!("{}: {e}", path.display()))
+}
+
 /// What the simulator says of as many processors as nodes \[s\].
-fn simulated(file: &KiloFile, arguments: &Arguments, nodes: u16) -> Result<f64, String> {
+fn simulated(
+    file: &KiloFile,
+    arguments: &Arguments,
+    nodes: u16,
+    profile: Profile,
+) -> Result<f64, String> {
     let view = file.view();
     let mesh = options(arguments, nodes)?;
     let (size, topology) = (arguments.size, mesh.topology);
     let options = kiloray_sim::Options {
         mesh,
+        profile,
         ..kiloray_sim::Options::new(size, size, view.views()[0], topology)
     };
     let control = kiloray_sim::Control { cancel: &AtomicBool::new(false), progress: &|_| {} };

@@ -9,9 +9,15 @@ use crate::{
     output::Output,
 };
 
-/// What the profile in a file is called.
-pub(super) fn name(path: &Path) -> String {
-    path.file_stem().map_or_else(|| "machine".into(), |stem| stem.to_string_lossy().into_owned())
+/// What the profile in a file is called; the name has the ending by which `--profile` knows a file.
+pub(super) fn name(path: &Path) -> Outcome<String> {
+    if path.as_os_str() == "-" {
+        return Ok("machine".into());
+    }
+    let stem = path.file_stem().filter(|_| path.extension().is_some_and(|e| e == "json"));
+    stem.map(|stem| stem.to_string_lossy().into_owned()).ok_or_else(|| {
+        Failure::usage(format_args!("-o {}: a profile is a .json file", path.display()))
+    })
 }
 
 /// Writes a profile.

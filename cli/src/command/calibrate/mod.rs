@@ -62,6 +62,7 @@ struct Machine {
 /// Measures and writes.
 pub(super) fn run(arguments: &args::Calibrate) -> Outcome {
     let quiet = arguments.quiet;
+    let name = file::name(&arguments.output)?;
     let output = Output::create(&arguments.output)?;
     let cores = || available_parallelism().map_or(1, usize::from);
     let threads = arguments.threads.map_or_else(cores, |threads| threads as usize);
@@ -69,7 +70,7 @@ pub(super) fn run(arguments: &args::Calibrate) -> Outcome {
 
     let worst = unseen.iter().map(|row| row.error(&profile).abs()).fold(0.0, f64::max);
     let within = format!("{:.0} %", 100.0 * worst);
-    profile.name = file::name(&arguments.output).into();
+    profile.name = name.into();
     profile.source = format!(
         "measured by kiloray {} calibrate, {threads} threads of a machine with {} ({}); pictures that the fit did not see are predicted within {within}",
         env!("CARGO_PKG_VERSION"),
