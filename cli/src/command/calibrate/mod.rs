@@ -105,9 +105,16 @@ pub(super) fn run(arguments: &args::Calibrate) -> Outcome {
 /// Measures with so many threads at once. The pictures take turns, so that what else the machine does for a while is shared out.
 fn measure(threads: usize, repeats: u32, quiet: bool) -> Outcome<Machine> {
     let pictures = || SEEN.iter().chain(&UNSEEN);
-    let bar = Progress::new("measuring", pictures().count() as u64 * u64::from(repeats), quiet);
-    bar.message("counting operations".into());
-    let mut subjects = pictures().map(Picture::count).collect::<Outcome<Vec<_>>>()?;
+    let all = pictures().count() as u64;
+    let bar = Progress::new("counting", all, quiet);
+    let mut subjects = Vec::new();
+    for (done, picture) in (1..).zip(pictures()) {
+        bar.message(picture.to_string());
+        subjects.push(picture.count()?);
+        bar.set(done);
+    }
+    drop(bar);
+    let bar = Progress::new("measuring", all * u64::from(repeats), quiet);
     let mut done = 1..;
     for round in 1..=repeats {
         for (picture, subject) in pictures().zip(&mut subjects) {
@@ -116,6 +123,7 @@ fn measure(threads: usize, repeats: u32, quiet: bool) -> Outcome<Machine> {
             bar.set(done.next().unwrap_or(0));
         }
     }
+    drop(bar);
     let mut seen: Vec<Row> = subjects.into_iter().map(|subject| subject.row).collect();
     let unseen = seen.split_off(SEEN.len());
     let (copy, check) = (rounded(bytes::copy_ns()), rounded(bytes::check_ns()?));
