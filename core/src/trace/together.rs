@@ -261,10 +261,11 @@ impl Stack {
     }
 }
 
+/// The greatest `t` that any ray of the bundle accepts. Groups behind are of bundles before.
 #[inline(always)]
 fn farthest(rays: &Rays) -> f32 {
     let mut far = f32::NEG_INFINITY;
-    for group in &rays.groups {
+    for group in rays.groups.iter().take(rays.used.count_ones() as usize) {
         let used = group.farthest();
         far = if used > far { used } else { far };
     }

@@ -99,6 +99,14 @@ fn compare(tracer: impl Tracer, blocks: &Blocks, rays: &[Ray]) -> usize {
     tracer.any_bundle(&mut room, &mut Resident(blocks), &rays[..part], &mut found).unwrap();
     assert_eq!(found[..part], any[..part]);
     assert!(found[part..].iter().all(|&found| found));
+    // What is visited does not depend on the bundles before either.
+    let mut visited = |room: &mut Bundle| {
+        room.take_visited();
+        hits.fill(None);
+        tracer.closest_bundle(room, &mut Resident(blocks), &rays[..part], &mut hits).unwrap();
+        room.take_visited()
+    };
+    assert_eq!(visited(&mut room), visited(&mut Bundle::new()));
     any.iter().filter(|&&any| any).count()
 }
 
