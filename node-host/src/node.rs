@@ -1,4 +1,3 @@
-use std::cell::RefCell;
 use std::io;
 use std::path::Path;
 use std::time::Instant;
@@ -7,8 +6,8 @@ use std::{fs, process, thread};
 use kiloray_core::block::KiloView;
 use kiloray_core::network::NodeId;
 use kiloray_core::node::{Node, Picture};
-use kiloray_core::render::Neighbours;
 use kiloray_core::store::{Arena, CHUNK_BYTES, Chunk};
+use kiloray_render::ThreadRoom;
 use kiloray_scene::kilo::KiloFile;
 use kiloray_simd::Auto;
 
@@ -47,10 +46,9 @@ pub fn run_node(config: &Config, node: u16, incarnation: u32, is_tied: bool) -> 
     check_share(&config.scene, &file, &job, here)?;
 
     let mut chunks = vec![Chunk::ZERO; config.mesh.memory / CHUNK_BYTES];
-    let room = RefCell::new(Neighbours::new());
     let world =
         Picture::new(Auto::detect(), job.shader(&file), job.camera, job.tiling(), file.limits())
-            .together_in(&room);
+            .together_in(&ThreadRoom);
     let rom = job.layout.rom(&file, here);
     let mut arena = Arena::new(&mut chunks);
     let mut actor = Node::new(&mut arena, plan, budget, job.layout.settings, rom, job.mesh, world)?;

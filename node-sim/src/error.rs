@@ -87,6 +87,14 @@ pub enum Error {
         /// How many.
         nodes: u16,
     },
+    /// Threads cannot be had.
+    #[error("{threads} threads cannot be had: {cause}")]
+    Threads {
+        /// How many were asked for.
+        threads: usize,
+        /// Why.
+        cause: rayon::ThreadPoolBuildError,
+    },
     /// Nothing can happen any more, and the picture is not complete: a mistake of ours.
     #[error("nothing moves at {virtual_ns} ns, with {missing} pixels missing")]
     Stuck {

@@ -23,6 +23,8 @@ pub struct Options {
     pub seed: u64,
     /// Most events of a trace to keep, the first ones; 0 for no trace.
     pub trace: usize,
+    /// Threads of this machine, 0 for as many as it has processors. The run is the same with any number.
+    pub threads: usize,
 }
 
 impl Options {
@@ -37,6 +39,7 @@ impl Options {
             faults: Faults::default(),
             seed: 0,
             trace: 0,
+            threads: 0,
         }
     }
 
@@ -137,7 +140,7 @@ pub struct Control<'a> {
     /// Set from anywhere, it ends the run soon: what is rendered is given, marked as incomplete.
     pub cancel: &'a AtomicBool,
     /// Hears from time to time how far the run is.
-    pub progress: &'a dyn Fn(&Status),
+    pub progress: &'a (dyn Fn(&Status) + Sync),
 }
 
 impl std::fmt::Debug for Control<'_> {

@@ -1,15 +1,15 @@
-use std::cell::RefCell;
 use std::sync::atomic::Ordering;
 
 use kiloray_core::block::KiloView;
 use kiloray_core::network::{HOST, Mesh, NodeId, Router};
 use kiloray_core::node::{Node, Picture, Progress, Time, Work, World};
-use kiloray_core::render::{Neighbours, Tiling};
+use kiloray_core::render::Tiling;
 use kiloray_core::shade::{Shader, Tables};
-use kiloray_core::store::{Arena, ArenaFull, CHUNK_BYTES, Chunk};
+use kiloray_core::store::{Arena, CHUNK_BYTES, Chunk};
 use kiloray_core::view::Camera;
-use kiloray_render::{Ledger, MeshLayout};
+use kiloray_render::{Ledger, MeshLayout, ThreadRoom};
 use kiloray_simd::Auto;
+use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use crate::arenas::Arenas;
 use crate::check::check;
@@ -45,28 +45,21 @@ pub fn simulate(
     let layout = layout(file, options)?;
     let shader = Shader::new(Tables::of(file), options.mesh.settings);
     let tiling = Tiling::new(width, height, layout.side());
-    // Nodes take their steps one after the other, so that all have the same room.
-    let room = RefCell::new(Neighbours::new());
     let world = || {
         let picture = Picture::new(Auto::detect(), shader, camera, tiling, file.limits());
-        if options.profile.together { picture.together_in(&room) } else { picture }
+        if options.profile.together { picture.together_in(&ThreadRoom) } else { picture }
     };
 
     let chunks = options.mesh.memory / CHUNK_BYTES;
     let mut arenas = Arenas::new(layout.plans.len(), chunks)?;
-    let nodes: Result<Vec<_>, ArenaFull> = arenas
-        .each()
-        .zip(&layout.plans)
-        .enumerate()
-        .map(|(index, (arena, plan))| {
-            let here = NodeId(index as u16);
-            let rom = layout.rom(file, here);
-            let mut arena = Arena::new(arena);
-            let rom = if options.mesh.owned_in_arena { rom.copied(&mut arena)? } else { rom };
-            let budget = layout.budgets[index];
-            Node::new(&mut arena, plan, budget, layout.settings, rom, mesh, world())
-        })
-        .collect();
+    let nodes = arenas.each().zip(&layout.plans).enumerate().map(|(index, (arena, plan))| {
+        let here = NodeId(index as u16);
+        let rom = layout.rom(file, here);
+        let mut arena = Arena::new(arena);
+        let rom = if options.mesh.owned_in_arena { rom.copied(&mut arena)? } else { rom };
+        let budget = layout.budgets[index];
+        Node::new(&mut arena, plan, budget, layout.settings, rom, mesh, world())
+    });
     let size = layout.host_router(&mesh);
     let mut host_arena = vec![Chunk::ZERO; size.arena_bytes() / CHUNK_BYTES];
     let seed = options.mesh.settings.seed;
@@ -86,11 +79,15 @@ pub fn simulate(
         block_bytes: file.limits().block_bytes,
         trace: options.trace,
     };
-    let mut run = Run::new(&mesh, nodes?, host, settings);
-    let end = drive(&mut run, control)?;
+    let pool = pool(options, &mesh)?;
+    let mut run = Run::new(&mesh, nodes, host, settings, pool.is_some())?;
+    let end = match pool {
+        Some(pool) => pool.install(|| drive(&mut run, control)),
+        None => drive(&mut run, control),
+    }?;
     run.settle();
     let report = report(&mut run, options, &mesh, &layout);
-    let ledger = &run.host.ledger;
+    let ledger = &run.host.actor.ledger;
     Ok(Outcome {
         picture: ledger.picture(),
         complete: ledger.is_complete(),
@@ -98,6 +95,17 @@ pub fn simulate(
         overflows: ledger.overflows(),
         report,
     })
+}
+
+/// Threads for the nodes of a mesh, if there are several of both.
+fn pool(options: &Options, mesh: &Mesh) -> Result<Option<ThreadPool>, Error> {
+    if options.threads == 1 || mesh.nodes() == 1 {
+        return Ok(None);
+    }
+    let threads = options.threads;
+    let pool = ThreadPoolBuilder::new().num_threads(threads).build();
+    let pool = pool.map_err(|cause| Error::Threads { threads, cause })?;
+    Ok(Some(pool).filter(|pool| pool.current_num_threads() > 1))
 }
 
 /// How a run ended.
@@ -111,16 +119,18 @@ enum End {
 
 type SimulatedRun<'m, W> = Run<'m, Node<'m, W>, HostEnd<'m>>;
 
-fn drive<'m, W: World>(run: &mut SimulatedRun<'m, W>, control: &Control<'_>) -> Result<End, Error> {
+fn drive<'m, W: World + Send>(
+    run: &mut SimulatedRun<'m, W>,
+    control: &Control<'_>,
+) -> Result<End, Error> {
     let patience = EVENTS_PER_PIXEL * (run.nodes.len() as u64).max(64);
-    let (mut pixels, mut since) = (0, 0);
+    let (mut pixels, mut since, mut told) = (0, 0, 0);
     loop {
         let moves = run.advance();
-        let ledger = &run.host.ledger;
+        let ledger = &run.host.actor.ledger;
         let done = ledger.pixels_done();
         if done != pixels {
             (pixels, since) = (done, run.events);
-            run.timeline.pixels(run.now, done);
         }
         if ledger.is_complete() {
             return Ok(End::Complete);
@@ -128,7 +138,8 @@ fn drive<'m, W: World>(run: &mut SimulatedRun<'m, W>, control: &Control<'_>) -> 
         if ledger.lost().is_some() {
             return Ok(End::Lost);
         }
-        if run.events.is_multiple_of(EVENTS_PER_STATUS) {
+        if run.events - told >= EVENTS_PER_STATUS {
+            told = run.events;
             if control.cancel.load(Ordering::Relaxed) {
                 return Ok(End::Cancelled);
             }
@@ -175,12 +186,16 @@ impl<'m> Actor<'m> for HostEnd<'m> {
         &mut self.router
     }
 
-    fn stored(&self) -> u32 {
-        0
+    fn pixels(&self) -> u64 {
+        self.ledger.pixels_done()
+    }
+
+    fn has_ended(&self) -> bool {
+        self.ledger.is_complete() || self.ledger.lost().is_some()
     }
 }
 
-fn report<W: World>(
+fn report<W: World + Send>(
     run: &mut SimulatedRun<'_, W>,
     options: &Options,
     mesh: &Mesh,
@@ -190,25 +205,26 @@ fn report<W: World>(
         let slow = options.faults.slow.iter().rfind(|slow| slow.node.0 == node);
         slow.map_or(1.0, |slow| slow.factor)
     };
+    let faults = run.faults();
     let crashed = |node: u16| {
-        let crash = run.faults.crashes.iter().find(|crash| crash.node == node);
+        let crash = faults.crashes.iter().find(|crash| crash.node == node);
         crash.map(|crash| crash.at_ns)
     };
     let nodes: Vec<NodeReport> = run
         .nodes
         .iter()
-        .zip(&run.places)
         .zip(0..)
-        .map(|((node, place), number)| {
+        .map(|(place, number)| {
+            let (node, state) = (&place.actor, &place.state);
             let budget = node.budget();
             NodeReport {
                 node: number,
                 slow: slow(number),
                 crashed_ns: crashed(number),
-                time: place.time,
-                steps: place.steps,
+                time: state.time,
+                steps: state.steps,
                 counts: node.counts(),
-                work: place.work,
+                work: state.work,
                 memory: budget.memory(),
                 peak_bytes: budget.peak_bytes(),
                 lines: budget.lines().iter().map(LineReport::from).collect(),
@@ -216,8 +232,7 @@ fn report<W: World>(
             }
         })
         .collect();
-    let buffers = run.buffers();
-    let links = run.links.report(buffers);
+    let links = run.links();
     let totals = Totals::new(&nodes, &links);
     Report {
         mesh: MeshReport::new(mesh),
@@ -226,8 +241,8 @@ fn report<W: World>(
         messages: totals.messages(),
         timeline: std::mem::take(&mut run.timeline).finish(run.now, mesh.nodes()),
         latencies: run.watch.latencies(),
-        faults: std::mem::take(&mut run.faults),
-        tiles: run.host.ledger.counts().into(),
+        faults,
+        tiles: run.host.actor.ledger.counts().into(),
         totals,
         trace: std::mem::take(&mut run.trace),
         flows: run.watch.take_flows(),

@@ -182,15 +182,21 @@ fn blocks_that_every_node_has_leave_room_for_its_own() {
 }
 
 #[test]
-fn the_same_options_give_the_same_run() {
+fn the_same_options_give_the_same_run_on_any_threads() {
     let file = scene("glass", 1024);
     let mut options = options(&file, "torus:3x3", 9);
     options.faults.loss = Rate { count: 1, of: 50 };
     options.faults.jitter = 2000;
     options.trace = 1000;
+    options.threads = 1;
     let [a, b] = [(), ()].map(|()| same(&file, &options).report);
     assert_eq!(a, b);
     assert_eq!(a.trace.len(), 1000);
+    assert!(a.trace.is_sorted_by_key(|step| step.start_ns));
+    for threads in [2, 3, 7] {
+        options.threads = threads;
+        assert_eq!(a, same(&file, &options).report, "{threads} threads");
+    }
     options.seed = 1;
     let other = same(&file, &options).report;
     assert_ne!(a.fingerprint, other.fingerprint);

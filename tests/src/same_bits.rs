@@ -182,6 +182,7 @@ fn settings() -> Settings {
 
 fn options(scene: &Scene, case: &Case, fault: Fault) -> Result<Options, String> {
     let mut options = Options::new(SIDE, SIDE, scene.view, case.topology);
+    options.threads = 1;
     options.mesh.settings = settings();
     options.mesh.schedule = case.schedule.1;
     options.mesh.points = case.points.1;

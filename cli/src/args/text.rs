@@ -91,7 +91,8 @@ Memory of each node for all that it holds, as in 64KiB; the blocks it owns are r
 [default: 256KiB]";
 
 pub(super) const SIM_THREADS: &str = "\
-1: the one node that efficiency is measured against runs after the mesh, not at the same time";
+Threads to use, one of them for the one node that efficiency is measured against; with 1 that \
+runs after the mesh [default: all cores]";
 
 #[cfg(feature = "host")]
 pub(super) const HOST: &str = "\

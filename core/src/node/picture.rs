@@ -5,15 +5,13 @@ use crate::block::{BlockLimits, BlockSource, BlockView};
 use crate::geometry::{Aabb, Hit, PreparedRay, Pyramid, Ray};
 use crate::material::OpticalDepth;
 use crate::path::PathKey;
-#[cfg(feature = "bundles")]
-use crate::render::Neighbours;
 use crate::render::{Clearings, Places, Tile, Tiling, Trust, is_clear};
+#[cfg(feature = "bundles")]
+use crate::render::{Neighbours, Room};
 use crate::scene::{Material, Needs};
 use crate::shade::{Bundle, Counts, Direct, PackedHit, Path, PathRay, Point, Shader, Shadow, Sum};
 use crate::trace::{Clip, ClipEntry, Cursor, Query, TraceError, Tracer, Trail, Whole};
 use crate::view::Camera;
-#[cfg(feature = "bundles")]
-use core::cell::RefCell;
 
 /// A picture of a scene.
 #[derive(Debug)]
@@ -28,7 +26,7 @@ pub struct Picture<'a, T> {
     opened: (u32, Option<Tile>),
     /// Where rays are traced together.
     #[cfg(feature = "bundles")]
-    room: Option<&'a RefCell<Neighbours>>,
+    room: Option<&'a dyn Room>,
     trust: Trust,
     clearings: Clearings<CLEARINGS>,
 }
@@ -61,7 +59,7 @@ impl<'a, T: Tracer> Picture<'a, T> {
     /// Traces rays together that are alike, in a room that it may share with other nodes: what is in it between two steps does not matter.
     #[cfg(feature = "bundles")]
     #[must_use]
-    pub const fn together_in(mut self, room: &'a RefCell<Neighbours>) -> Self {
+    pub const fn together_in(mut self, room: &'a dyn Room) -> Self {
         self.room = Some(room);
         self
     }
@@ -73,9 +71,8 @@ impl<'a, T: Tracer> Picture<'a, T> {
         work: &mut Work,
         trace: impl FnOnce(&mut Neighbours) -> (usize, Result<(), TraceError<Missing>>),
     ) -> usize {
-        let Some(Ok(mut room)) = self.room.map(RefCell::try_borrow_mut) else { return 0 };
-        let (count, traced) = trace(&mut room);
-        let visited = room.take_visited();
+        let traced = self.in_room(|room| (trace(room), room.take_visited()));
+        let Some(((count, traced), visited)) = traced else { return 0 };
         work.bundle_rays = work.bundle_rays.saturating_add(count as u64);
         work.bundle_nodes = work.bundle_nodes.saturating_add(visited.nodes);
         work.bundle_boxes = work.bundle_boxes.saturating_add(visited.boxes);
@@ -89,6 +86,14 @@ impl<'a, T: Tracer> Picture<'a, T> {
             // Each ray finds out for itself.
             Err(TraceError::Corrupt { .. }) => 0,
         }
+    }
+
+    /// Enters its room, if it has one.
+    #[cfg(feature = "bundles")]
+    fn in_room<R>(&self, work: impl FnOnce(&mut Neighbours) -> R) -> Option<R> {
+        let (mut work, mut result) = (Some(work), None);
+        self.room?.enter(&mut |room| result = work.take().map(|work| work(room)));
+        result
     }
 
     /// Goes on to the next bundle of a point, if there is one.
@@ -272,9 +277,10 @@ impl<T: Tracer> World for Picture<'_, T> {
 
     #[cfg(feature = "bundles")]
     fn closest_end(&self, at: usize) -> Option<(Traced, Trail, PackedHit)> {
-        let room = self.room?.try_borrow().ok()?;
-        let (traced, trail) = Traced::of(room.stopped(at));
-        Some((traced, trail, PackedHit::new(room.hit(at))))
+        self.in_room(|room| {
+            let (traced, trail) = Traced::of(room.stopped(at));
+            (traced, trail, PackedHit::new(room.hit(at)))
+        })
     }
 
     #[cfg(feature = "bundles")]
@@ -289,20 +295,21 @@ impl<T: Tracer> World for Picture<'_, T> {
         }
         let tracer = self.tracer;
         let count = self.together(work, |room| room.ask(tracer, source, rays));
-        let room = self.room.and_then(|room| room.try_borrow().ok());
-        room.map_or_else(Ends::default, |room| Ends {
+        let ends = |room: &mut Neighbours| Ends {
             count,
             stopped: room.all_stopped(),
             hidden: room.all_hidden(),
-        })
+        };
+        self.in_room(ends).unwrap_or_default()
     }
 
     #[cfg(feature = "bundles")]
     fn shadow_end(&self, at: usize) -> Option<(Traced, Trail, [u32; 3])> {
-        let room = self.room?.try_borrow().ok()?;
-        let (traced, trail) = Traced::of(room.stopped(at));
-        let depth = if room.is_hidden(at) { OpticalDepth::OPAQUE } else { OpticalDepth::CLEAR };
-        Some((traced, trail, depth.steps()))
+        self.in_room(|room| {
+            let (traced, trail) = Traced::of(room.stopped(at));
+            let depth = if room.is_hidden(at) { OpticalDepth::OPAQUE } else { OpticalDepth::CLEAR };
+            (traced, trail, depth.steps())
+        })
     }
 
     fn most(&self) -> usize {

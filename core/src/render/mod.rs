@@ -40,7 +40,7 @@ mod trust;
 pub(crate) use clear::is_clear;
 pub(crate) use clearing::Clearings;
 #[cfg(feature = "bundles")]
-pub use neighbours::Neighbours;
+pub use neighbours::{Neighbours, Room};
 pub use plan::{Plan, PlanSettings, SceneSize};
 pub use renderer::{Job, RenderError, Renderer};
 pub use sight::Sight;

@@ -10,5 +10,17 @@ pub(crate) trait Actor<'m> {
     fn router(&mut self) -> &mut Router<'m>;
 
     /// Rays that it holds for later.
-    fn stored(&self) -> u32;
+    fn stored(&self) -> u32 {
+        0
+    }
+
+    /// Pixels that it knows to be complete.
+    fn pixels(&self) -> u64 {
+        0
+    }
+
+    /// Whether it has seen the end of the run.
+    fn has_ended(&self) -> bool {
+        false
+    }
 }

@@ -1,42 +1,30 @@
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
-/// What can happen. Places are nodes by number, and after them the host.
+/// What can happen at a place.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Event {
     /// A packet has come to the end of a link.
     Arrive {
-        /// Where the packet lies.
+        /// Which of those here.
         packet: u32,
     },
-    /// A link has sent its packet, and another waits.
+    /// A link from here has sent its packet, and another waits.
     Free {
-        /// The link.
-        link: u32,
+        /// The link, by its port.
+        port: u16,
     },
-    /// The time for what an actor has done has passed.
-    Done {
-        /// Where.
-        place: u32,
-    },
-    /// An actor wanted to be called now at the latest.
-    Wake {
-        /// Where.
-        place: u32,
-    },
+    /// The time for what the actor has done has passed.
+    Done,
+    /// The actor wanted to be called now at the latest.
+    Wake,
     /// Credit may be overdue.
-    Remind {
-        /// Where.
-        place: u32,
-    },
-    /// A node dies.
-    Crash {
-        /// Which.
-        place: u32,
-    },
+    Remind,
+    /// The node dies.
+    Crash,
 }
 
-/// What is to happen, by time, and of one time in the order in which it was entered.
+/// What is to happen at a place, by time, and of one time in the order in which it was entered.
 #[derive(Debug, Default)]
 pub(crate) struct EventQueue {
     heap: BinaryHeap<Reverse<Entry>>,
@@ -64,10 +52,21 @@ impl EventQueue {
         self.heap.push(Reverse(Entry(time | order | u128::from(event.encode()))));
     }
 
+    /// When the next thing happens; [`u64::MAX`] if nothing will.
+    pub(crate) fn due(&self) -> u64 {
+        self.heap.peek().map_or(u64::MAX, |Reverse(entry)| entry.time())
+    }
+
     /// What happens next, and when. O(log n).
     pub(crate) fn pop(&mut self) -> Option<(u64, Event)> {
-        let Reverse(Entry(entry)) = self.heap.pop()?;
-        Some(((entry >> (SEQUENCE + EVENT)) as u64, Event::decode(entry as u32)))
+        let Reverse(entry) = self.heap.pop()?;
+        Some((entry.time(), Event::decode(entry.0 as u32)))
+    }
+}
+
+impl Entry {
+    const fn time(self) -> u64 {
+        (self.0 >> (SEQUENCE + EVENT)) as u64
     }
 }
 
@@ -75,11 +74,11 @@ impl Event {
     const fn encode(self) -> u32 {
         let (kind, at) = match self {
             Self::Arrive { packet } => (0, packet),
-            Self::Free { link } => (1, link),
-            Self::Done { place } => (2, place),
-            Self::Wake { place } => (3, place),
-            Self::Remind { place } => (4, place),
-            Self::Crash { place } => (5, place),
+            Self::Free { port } => (1, port as u32),
+            Self::Done => (2, 0),
+            Self::Wake => (3, 0),
+            Self::Remind => (4, 0),
+            Self::Crash => (5, 0),
         };
         debug_assert!(at < 1 << (u32::BITS - KIND));
         at << KIND | kind
@@ -89,11 +88,11 @@ impl Event {
         let at = event >> KIND;
         match event & ((1 << KIND) - 1) {
             0 => Self::Arrive { packet: at },
-            1 => Self::Free { link: at },
-            2 => Self::Done { place: at },
-            3 => Self::Wake { place: at },
-            4 => Self::Remind { place: at },
-            _ => Self::Crash { place: at },
+            1 => Self::Free { port: at as u16 },
+            2 => Self::Done,
+            3 => Self::Wake,
+            4 => Self::Remind,
+            _ => Self::Crash,
         }
     }
 }
@@ -105,33 +104,33 @@ mod tests {
     #[test]
     fn what_is_entered_first_happens_first_at_a_time() {
         let mut queue = EventQueue::default();
-        for (time, place) in [(5, 0), (3, 1), (5, 2), (3, 3), (4, 4)] {
-            queue.push(time, Event::Done { place });
+        for (time, packet) in [(5, 0), (3, 1), (5, 2), (3, 3), (4, 4)] {
+            queue.push(time, Event::Arrive { packet });
         }
+        assert_eq!(queue.due(), 3);
         let order = std::iter::from_fn(|| queue.pop());
         let expected = [(3, 1), (3, 3), (4, 4), (5, 0), (5, 2)];
-        assert!(order.eq(expected.map(|(time, place)| (time, Event::Done { place }))));
+        assert!(order.eq(expected.map(|(time, packet)| (time, Event::Arrive { packet }))));
+        assert_eq!(queue.due(), u64::MAX);
     }
 
     #[test]
     fn what_is_entered_comes_out() {
-        let at = (1 << (u32::BITS - KIND)) - 1;
-        let (packet, link, place) = (at, at, at);
         let events = [
-            Event::Arrive { packet },
-            Event::Free { link },
-            Event::Done { place },
-            Event::Wake { place: 0 },
-            Event::Remind { place },
-            Event::Crash { place },
+            Event::Arrive { packet: (1 << (u32::BITS - KIND)) - 1 },
+            Event::Free { port: u16::MAX },
+            Event::Done,
+            Event::Wake,
+            Event::Remind,
+            Event::Crash,
         ];
         let mut queue = EventQueue::default();
         events.iter().for_each(|&event| queue.push(LAST, event));
         assert!(events.iter().all(|&event| queue.pop() == Some((LAST, event))));
         // A time limit may be as far away as there are numbers.
-        queue.push(u64::MAX, events[3]);
-        queue.push(7, events[0]);
-        assert_eq!(queue.pop(), Some((7, events[0])));
-        assert_eq!(queue.pop(), Some((LAST, events[3])));
+        queue.push(u64::MAX, Event::Wake);
+        queue.push(7, Event::Done);
+        assert_eq!(queue.pop(), Some((7, Event::Done)));
+        assert_eq!(queue.pop(), Some((LAST, Event::Wake)));
     }
 }

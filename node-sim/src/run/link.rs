@@ -1,16 +1,14 @@
-use kiloray_core::network::{HOST, Mesh, NodeId, PacketHeader, Port};
+use kiloray_core::network::{Mesh, NodeId, PacketHeader, Port};
 
 use crate::{Link, LinkReport, Switching};
 
-/// One direction of a link.
+/// One direction of a link, as its sender keeps it.
 #[derive(Debug)]
 pub(crate) struct LinkState {
-    /// Who sends, by place.
-    pub(crate) from: u32,
-    /// By which port.
-    pub(crate) port: Port,
-    /// Who receives, by place.
-    pub(crate) to: u32,
+    /// Its number among all links: by the place that it leaves, then by port.
+    pub(crate) number: u32,
+    /// Who receives; `None` where there is nobody: such a link is never used.
+    pub(crate) to: Option<NodeId>,
     /// By which port.
     pub(crate) back: Port,
     /// It sends until then.
@@ -29,77 +27,53 @@ pub(crate) struct LinkState {
     pub(crate) busy: u64,
 }
 
-/// All links of a mesh, by the place they leave, then by port.
-#[derive(Debug)]
-pub(crate) struct Links {
-    all: Vec<LinkState>,
-    /// The first link of each place.
-    first: Vec<u32>,
-}
+impl LinkState {
+    /// The links that leave a place, one for each port, numbered from `first`. Nothing was sent yet.
+    pub(crate) fn of(mesh: &Mesh, place: NodeId, first: u32) -> Vec<Self> {
+        let ports = (0..mesh.ports(place)).map(Port);
+        let link = |(port, number)| Self {
+            number,
+            to: mesh.neighbour(place, port),
+            back: mesh.reverse(place, port).unwrap_or(Port(0)),
+            busy_until: 0,
+            last_arrival: 0,
+            awaited: false,
+            packets: 0,
+            control_packets: 0,
+            bytes: 0,
+            busy: 0,
+        };
+        ports.zip(first..).map(link).collect()
+    }
 
-impl Links {
-    /// Nothing was sent yet.
-    pub(crate) fn new(mesh: &Mesh) -> Self {
-        let nodes = u32::from(mesh.nodes());
-        let place = |id: NodeId| if id == HOST { nodes } else { u32::from(id.0) };
-        let (mut all, mut first) = (Vec::new(), vec![0]);
-        for id in (0..mesh.nodes()).map(NodeId).chain([HOST]) {
-            for port in (0..mesh.ports(id)).map(Port) {
-                // A port without a neighbour leads nowhere: its link is never used.
-                let far = mesh.neighbour(id, port);
-                all.push(LinkState {
-                    from: place(id),
-                    port,
-                    to: far.map_or(u32::MAX, place),
-                    back: mesh.reverse(id, port).unwrap_or(Port(0)),
-                    busy_until: 0,
-                    last_arrival: 0,
-                    awaited: false,
-                    packets: 0,
-                    control_packets: 0,
-                    bytes: 0,
-                    busy: 0,
-                });
-            }
-            first.push(all.len() as u32);
+    /// What it sent, from a place by a port. `buffers` are the peak and the number of those at its end.
+    pub(crate) fn report(
+        &self,
+        from: Option<u16>,
+        to: Option<u16>,
+        port: u16,
+        (buffers_peak, buffers): (u32, u32),
+    ) -> LinkReport {
+        LinkReport {
+            from,
+            to,
+            port,
+            packets: self.packets,
+            control_packets: self.control_packets,
+            bytes: self.bytes,
+            busy_ns: self.busy,
+            buffers_peak,
+            buffers,
         }
-        Self { all, first }
-    }
-
-    /// The links that leave a place, by number: one for each port.
-    pub(crate) fn of(&self, place: u32) -> std::ops::Range<u32> {
-        self.first[place as usize]..self.first[place as usize + 1]
-    }
-
-    /// A link.
-    pub(crate) fn get(&mut self, link: u32) -> &mut LinkState {
-        &mut self.all[link as usize]
-    }
-
-    /// What they sent. `buffers` gives the peak and the number of the buffers at a place and port.
-    pub(crate) fn report(&self, buffers: impl Fn(u32, Port) -> (u32, u32)) -> Vec<LinkReport> {
-        let nodes = self.first.len() as u32 - 2;
-        let id = |place: u32| (place < nodes).then_some(place as u16);
-        let used = self.all.iter().filter(|link| link.to != u32::MAX);
-        used.map(|link| {
-            let (buffers_peak, buffers) = buffers(link.to, link.back);
-            LinkReport {
-                from: id(link.from),
-                to: id(link.to),
-                port: link.port.0,
-                packets: link.packets,
-                control_packets: link.control_packets,
-                bytes: link.bytes,
-                busy_ns: link.busy,
-                buffers_peak,
-                buffers,
-            }
-        })
-        .collect()
     }
 }
 
 impl Link {
+    /// No packet takes less: what leaves one place now changes nothing elsewhere before.
+    pub(crate) fn least_travel(&self) -> u64 {
+        self.latency.saturating_add(self.duration(PacketHeader::BYTES))
+    }
+
     /// How long a link is busy with so many bytes: at least 1 ns.
     pub(crate) fn duration(&self, bytes: usize) -> u64 {
         const SECOND: u64 = 1_000_000_000;

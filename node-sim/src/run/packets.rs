@@ -1,22 +1,43 @@
-use kiloray_core::network::PacketHeader;
+use kiloray_core::network::{PacketHeader, Port};
 
-/// Packets on links, and those that wait in the routers between. Their number is bounded by the credit of the links; what is freed is used again.
+use super::journal::Journal;
+
+/// A packet on a link, or in a router that it passes through.
+#[derive(Debug, Clone)]
+pub(crate) struct Packet {
+    /// As long as the greatest packet.
+    bytes: Box<[u8]>,
+    len: u16,
+}
+
+impl Packet {
+    /// Its memory.
+    pub(crate) fn into_bytes(self) -> Box<[u8]> {
+        self.bytes
+    }
+
+    /// What the far router receives.
+    pub(crate) fn bytes(&self) -> &[u8] {
+        &self.bytes[..usize::from(self.len)]
+    }
+}
+
+/// The packets at a place: those that are about to arrive, and those that wait in its router. Their number is bounded by the credit of the links.
 ///
 /// A packet that passes through a router stays where it is: the router buffers a ticket in place of its payload, which no router reads.
 #[derive(Debug)]
 pub(crate) struct Packets {
     /// Greatest packet \[bytes\].
     size: usize,
-    bytes: Vec<u8>,
-    entries: Vec<Entry>,
+    here: Vec<Option<Incoming>>,
     free: Vec<u32>,
 }
 
-#[derive(Debug, Clone, Copy, Default)]
-struct Entry {
-    len: u16,
-    /// The link that it is on.
-    link: u32,
+#[derive(Debug)]
+struct Incoming {
+    packet: Packet,
+    /// The port that it comes by.
+    port: Port,
 }
 
 /// The number of a packet, in place of its payload.
@@ -26,78 +47,73 @@ impl Packets {
     /// None yet, of at most so many bytes each.
     pub(crate) fn new(size: u16) -> Self {
         let size = usize::from(size).max(PacketHeader::BYTES + TICKET);
-        Self { size, bytes: Vec::new(), entries: Vec::new(), free: Vec::new() }
+        Self { size, here: Vec::new(), free: Vec::new() }
     }
 
-    /// A packet that `write` writes, to leave by a link; `None` if it writes none. Of one that is not its maker's, `write` writes the ticket.
+    /// A packet that `write` writes, to leave this place; `None` if it writes none. Of one that is not its maker's, `write` writes the ticket.
     pub(crate) fn make(
         &mut self,
-        link: u32,
+        journal: &mut Journal,
         is_maker: impl FnOnce(&PacketHeader) -> bool,
         write: impl FnOnce(&mut [u8]) -> Option<usize>,
-    ) -> Option<u32> {
-        let index = self.free.pop().unwrap_or_else(|| {
-            self.bytes.resize(self.bytes.len() + self.size, 0);
-            self.entries.push(Entry::default());
-            (self.entries.len() - 1) as u32
-        });
-        let at = index as usize * self.size;
-        let out = &mut self.bytes[at..at + self.size];
-        let Some(len) = write(out) else {
-            self.free.push(index);
+    ) -> Option<Packet> {
+        let mut bytes = journal.spare.pop().unwrap_or_else(|| vec![0; self.size].into());
+        let Some(len) = write(&mut bytes) else {
+            journal.keep(bytes);
             return None;
         };
         let (header, payload) =
-            PacketHeader::split(&out[..len]).expect("routers send good packets");
-        if header.kind == PacketHeader::DATA && !is_maker(&header) {
-            let ticket =
-                payload.try_into().map(u32::from_le_bytes).expect("what passes is a ticket");
-            let to = ticket as usize * self.size;
-            self.bytes.copy_within(at..at + PacketHeader::BYTES, to);
-            self.entries[ticket as usize].link = link;
-            self.free.push(index);
-            return Some(ticket);
+            PacketHeader::split(&bytes[..len]).expect("routers send good packets");
+        if header.kind != PacketHeader::DATA || is_maker(&header) {
+            return Some(Packet { bytes, len: len as u16 });
         }
-        self.entries[index as usize] = Entry { len: len as u16, link };
-        Some(index)
+        let ticket = payload.try_into().map(u32::from_le_bytes).expect("what passes is a ticket");
+        let mut packet = self.take(ticket);
+        packet.bytes[..PacketHeader::BYTES].copy_from_slice(&bytes[..PacketHeader::BYTES]);
+        journal.keep(bytes);
+        Some(packet)
     }
 
-    /// A copy of a packet.
-    pub(crate) fn copy(&mut self, packet: u32) -> Option<u32> {
-        let (original, link) = (self.get(packet).to_vec(), self.link(packet));
-        self.make(
-            link,
-            |_| true,
-            |out| {
-                out[..original.len()].copy_from_slice(&original);
-                Some(original.len())
-            },
-        )
+    /// Takes in what comes by a port: its number here.
+    pub(crate) fn enter(&mut self, packet: Packet, port: Port) -> u32 {
+        let incoming = Some(Incoming { packet, port });
+        match self.free.pop() {
+            Some(index) => {
+                self.here[index as usize] = incoming;
+                index
+            }
+            None => {
+                self.here.push(incoming);
+                (self.here.len() - 1) as u32
+            }
+        }
     }
 
-    /// A packet.
-    pub(crate) fn get(&self, packet: u32) -> &[u8] {
-        let at = packet as usize * self.size;
-        &self.bytes[at..at + usize::from(self.entries[packet as usize].len)]
+    /// A packet that is here, and the port that it came by.
+    pub(crate) fn get(&self, index: u32) -> (&[u8], Port) {
+        let Incoming { packet, port } =
+            self.here[index as usize].as_ref().expect("a packet is here until it is freed");
+        (packet.bytes(), *port)
     }
 
     /// What a router is given of a packet that passes through: its header and its ticket.
-    pub(crate) fn ticket(&self, packet: u32) -> [u8; PacketHeader::BYTES + TICKET] {
+    pub(crate) fn ticket(&self, index: u32) -> [u8; PacketHeader::BYTES + TICKET] {
         let mut bytes = [0; PacketHeader::BYTES + TICKET];
         let (header, ticket) = bytes.split_at_mut(PacketHeader::BYTES);
-        header.copy_from_slice(&self.get(packet)[..PacketHeader::BYTES]);
-        ticket.copy_from_slice(&packet.to_le_bytes());
+        header.copy_from_slice(&self.get(index).0[..PacketHeader::BYTES]);
+        ticket.copy_from_slice(&index.to_le_bytes());
         bytes
     }
 
-    /// The link that a packet is on.
-    pub(crate) fn link(&self, packet: u32) -> u32 {
-        self.entries[packet as usize].link
+    /// It is not needed any more.
+    pub(crate) fn free(&mut self, index: u32, journal: &mut Journal) {
+        journal.keep(self.take(index).bytes);
     }
 
-    /// It is not needed any more.
-    pub(crate) fn free(&mut self, packet: u32) {
-        self.free.push(packet);
+    fn take(&mut self, index: u32) -> Packet {
+        let incoming = self.here[index as usize].take();
+        self.free.push(index);
+        incoming.expect("a packet is here until it is freed").packet
     }
 }
 
@@ -108,7 +124,7 @@ mod tests {
 
     #[test]
     fn a_packet_that_passes_keeps_its_payload_and_takes_the_new_header() {
-        let mut packets = Packets::new(64);
+        let (mut packets, mut journal) = (Packets::new(64), Journal::default());
         let header = |priority| PacketHeader { priority, from: 3, ..PacketHeader::zeroed() };
         let write = |header: PacketHeader, payload: Vec<u8>| {
             move |out: &mut [u8]| {
@@ -117,17 +133,21 @@ mod tests {
                 Some(packet.len())
             }
         };
-        let made = packets.make(7, |_| true, write(header(5), vec![9; 30])).unwrap();
-        let other = packets.make(8, |_| true, write(header(6), vec![1; 10])).unwrap();
-        let ticket = packets.ticket(made);
+        let [came, other] = [(5, 30), (6, 10)].map(|(priority, len)| {
+            let made = packets.make(&mut journal, |_| true, write(header(priority), vec![9; len]));
+            packets.enter(made.unwrap(), Port(7))
+        });
+        let ticket = packets.ticket(came);
         let (before, ticket) = PacketHeader::split(&ticket).unwrap();
         assert_eq!(before, header(5));
-        let passed = packets.make(9, |_| false, write(header(4), ticket.to_vec())).unwrap();
-        assert_eq!((passed, packets.link(made), packets.link(other)), (made, 9, 8));
-        let (after, payload) = PacketHeader::split(packets.get(made)).unwrap();
+        let passed =
+            packets.make(&mut journal, |_| false, write(header(4), ticket.to_vec())).unwrap();
+        let (after, payload) = PacketHeader::split(passed.bytes()).unwrap();
         assert_eq!((after, payload), (header(4), &[9; 30][..]));
-        // What it was written to on the way is free again.
-        assert_eq!(packets.make(7, |_| true, |_| None), None);
-        assert_eq!(packets.entries.len(), 3);
+        // Its place is free again, and so is what the ticket was written to.
+        assert!(packets.make(&mut journal, |_| true, |_| None).is_none());
+        assert_eq!(packets.enter(passed, Port(1)), came);
+        assert_eq!((packets.get(came).1, packets.get(other).1), (Port(1), Port(7)));
+        assert_eq!((packets.here.len(), journal.spare.len()), (2, 1));
     }
 }

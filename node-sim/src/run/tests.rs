@@ -1,9 +1,10 @@
 use super::*;
-use crate::{Crash, Rate, Switching};
-use kiloray_core::network::{Channel, RouterSize, Topology};
-use kiloray_core::node::{Progress, Work};
+use crate::{Crash, CrashReport, NodeTime, Rate, Switching};
+use kiloray_core::network::{Channel, PacketHeader, Router, RouterSize, Topology};
+use kiloray_core::node::{Lack, Next, Progress, Time, Work};
 use kiloray_core::store::{Arena, CHUNK_BYTES, Chunk};
 use proptest::prelude::*;
+use std::convert::Infallible;
 
 /// Something to send.
 #[derive(Debug, Clone, Copy)]
@@ -104,7 +105,7 @@ impl Seen {
 }
 
 fn run(shape: &str, nodes: u32, depth: u16, letters: &[Letter], settings: RunSettings) -> Seen {
-    run_with_work(shape, nodes, depth, letters, settings, 0)
+    run_with_work(shape, nodes, depth, letters, settings, 0, false)
 }
 
 fn run_with_work(
@@ -114,6 +115,7 @@ fn run_with_work(
     letters: &[Letter],
     settings: RunSettings,
     work: u64,
+    parallel: bool,
 ) -> Seen {
     let mesh = Mesh::new(Topology::parse(shape, nodes).expect("a shape that exists"));
     let places = || (0..mesh.nodes()).map(NodeId).chain([HOST]);
@@ -137,12 +139,13 @@ fn run_with_work(
         })
         .collect();
     let host = toys.pop().expect("the host is the last");
-    let mut run = Run::new(&mesh, toys, host, settings);
+    let toys = toys.into_iter().map(Ok::<_, Infallible>);
+    let Ok(mut run) = Run::new(&mesh, toys, host, settings, parallel);
     while run.advance() {
         assert!(run.events < 1_000_000, "it does not come to an end");
     }
     run.settle();
-    let links = run.links.report(|_, _| (0, 0));
+    let links = run.links();
     let mut seen = Seen {
         arrived: Vec::new(),
         end: run.now,
@@ -151,10 +154,11 @@ fn run_with_work(
         bytes: links.iter().map(|link| link.bytes).sum(),
         busiest: links.iter().map(|link| link.busy_ns).max().unwrap_or(0),
         left: 0,
-        faults: run.faults,
-        times: run.places.iter().map(|place| place.time).collect(),
+        faults: run.faults(),
+        times: Vec::new(),
     };
-    for toy in run.nodes.into_iter().chain([run.host]) {
+    for Place { actor: toy, state, .. } in run.nodes.into_iter().chain([run.host]) {
+        seen.times.push(state.time);
         seen.left += toy.router.buffered() + toy.letters.len() as u32;
         seen.arrived.push(toy.arrived);
     }
@@ -185,7 +189,7 @@ fn a_single_transfer_takes_what_was_worked_out() {
 #[test]
 fn work_delays_what_it_makes() {
     let letters = [letter(500, 0, 1, 100)];
-    let seen = run_with_work("line", 2, 2, &letters, settings(), 77);
+    let seen = run_with_work("line", 2, 2, &letters, settings(), 77, false);
     assert_eq!(seen.arrived[1][0].0, 500 + 77 + 1000 + 124);
     assert_eq!((seen.times[0].messages, seen.times[0].busy()), (77, 77));
     assert!(seen.times.iter().all(|time| time.busy() + time.idle() == seen.end));
@@ -290,7 +294,7 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
 
     #[test]
-    fn all_arrive_once_and_the_same_seed_is_the_same_run(
+    fn all_arrive_once_and_the_same_seed_is_the_same_run_on_any_threads(
         ((shape, nodes), letters) in traffic(),
         depth in 1_u16..4,
         cut_through: bool,
@@ -300,8 +304,8 @@ proptest! {
         if !cut_through {
             settings.link.switching = Switching::StoreAndForward;
         }
-        let again = || run_with_work(shape, nodes, depth, &letters, settings.clone(), work);
-        let seen = again();
+        let run = |parallel| run_with_work(shape, nodes, depth, &letters, settings.clone(), work, parallel);
+        let seen = run(false);
         prop_assert_eq!((seen.all(), seen.left), (letters.len(), 0));
         let mut ids: Vec<u32> = seen.arrived.iter().flatten().map(|a| a.2).collect();
         ids.sort_unstable();
@@ -309,11 +313,12 @@ proptest! {
         for (place, time) in seen.times.iter().enumerate() {
             prop_assert_eq!(time.busy() + time.idle(), seen.end, "{}", place);
         }
-        prop_assert_eq!(&seen, &again());
+        prop_assert_eq!(&seen, &run(false));
+        prop_assert_eq!(&seen, &run(true));
     }
 
     #[test]
-    fn under_faults_none_arrives_twice_and_the_same_seed_is_the_same_run(
+    fn under_faults_none_arrives_twice_and_the_same_seed_is_the_same_run_on_any_threads(
         ((shape, nodes), letters) in traffic(),
         depth in 1_u16..4,
         seed: u64,
@@ -324,12 +329,14 @@ proptest! {
         settings.faults.loss = Rate { count: 1, of: 20 };
         settings.faults.duplicate = Rate { count: 1, of: 20 };
         settings.faults.jitter = jitter;
-        let seen = run(shape, nodes, depth, &letters, settings.clone());
+        let run = |parallel| run_with_work(shape, nodes, depth, &letters, settings.clone(), 300, parallel);
+        let seen = run(false);
         let mut ids: Vec<u32> = seen.arrived.iter().flatten().map(|a| a.2).collect();
         let all = ids.len();
         ids.sort_unstable();
         ids.dedup();
         prop_assert_eq!((ids.len(), seen.left), (all, 0));
-        prop_assert_eq!(&seen, &run(shape, nodes, depth, &letters, settings));
+        prop_assert_eq!(&seen, &run(false));
+        prop_assert_eq!(&seen, &run(true));
     }
 }

@@ -32,6 +32,70 @@ pub(crate) struct Watch {
     tile: Recorder,
 }
 
+/// What is to be seen of a packet at one of its ends.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Sight {
+    /// A request for a block leaves, made in the step that ends, or has ended, at `step`.
+    Asks { asker: u16, block: u32, owner: u16, step: u64 },
+    /// It has come to who is to send the block.
+    IsAsked { asker: u16, block: u32 },
+    /// A piece of a block leaves.
+    Serves { asker: u16, block: u32, owner: u16, step: u64 },
+    /// A piece is where it was asked for, and ends at this byte.
+    HasPart { asker: u16, block: u32, end: u32 },
+    /// A ray leaves the slot that waits for it.
+    RayLeaves { slot: (u16, u16), key: PathKey },
+    /// Its answer has come.
+    Answer { slot: (u16, u16), key: PathKey },
+    /// Tiles are given out.
+    Grant { first: u32, count: u32 },
+    /// A tile is complete.
+    Accepted { tile: u32 },
+}
+
+impl Sight {
+    /// Of a packet that leaves the place that has made it, in the step that ends, or has ended, at `step`.
+    pub(crate) fn leaving(
+        from: NodeId,
+        to: NodeId,
+        step: u64,
+        payload: &[u8],
+    ) -> impl Iterator<Item = Self> {
+        let (asker, owner) = (to.0, from.0);
+        Items::new(payload).filter_map(move |message| match message {
+            Message::Fetch { block, .. } => {
+                Some(Self::Asks { asker: from.0, block, owner: to.0, step })
+            }
+            Message::Part { block, .. } => Some(Self::Serves { asker, block, owner, step }),
+            Message::Ray(ray) if ray.reply.node() == from => {
+                let (slot, key) = slot(&ray.reply);
+                Some(Self::RayLeaves { slot, key })
+            }
+            Message::Grant { first, count, .. } if from == HOST => {
+                Some(Self::Grant { first, count })
+            }
+            Message::Accepted { tile } => Some(Self::Accepted { tile }),
+            _ => None,
+        })
+    }
+
+    /// Of a packet that is where it belongs.
+    pub(crate) fn arriving(from: NodeId, at: NodeId, payload: &[u8]) -> impl Iterator<Item = Self> {
+        Items::new(payload).filter_map(move |message| match message {
+            Message::Fetch { block, .. } => Some(Self::IsAsked { asker: from.0, block }),
+            Message::Part { block, offset, bytes } => {
+                let end = offset.saturating_add(bytes.len() as u32);
+                Some(Self::HasPart { asker: at.0, block, end })
+            }
+            Message::Answer { to, .. } => {
+                let (slot, key) = slot(&to);
+                Some(Self::Answer { slot, key })
+            }
+            _ => None,
+        })
+    }
+}
+
 /// A block that is asked for.
 #[derive(Debug, Clone, Copy)]
 struct Fetch {
@@ -66,100 +130,78 @@ impl Watch {
         }
     }
 
-    /// A packet leaves the place that has made it, in the step that ends, or has ended, at `step`.
-    pub(crate) fn departs(
-        &mut self,
-        (now, step): (u64, u64),
-        from: NodeId,
-        to: NodeId,
-        payload: &[u8],
-    ) {
-        for message in Items::new(payload) {
-            match message {
-                Message::Fetch { block, .. } => {
-                    let fetch = Fetch {
-                        since: now,
-                        asked: 0,
-                        served: 0,
-                        owner: to.0,
-                        asked_in: step,
-                        served_in: 0,
-                    };
-                    self.fetches.entry((from.0, block)).or_insert(fetch);
+    /// Takes down what was seen.
+    pub(crate) fn see(&mut self, now: u64, sight: Sight) {
+        match sight {
+            Sight::Asks { asker, block, owner, step } => {
+                let fetch =
+                    Fetch { since: now, asked: 0, served: 0, owner, asked_in: step, served_in: 0 };
+                self.fetches.entry((asker, block)).or_insert(fetch);
+            }
+            Sight::IsAsked { asker, block } => {
+                if let Some(fetch) = self.fetches.get_mut(&(asker, block))
+                    && fetch.asked == 0
+                {
+                    fetch.asked = now;
                 }
-                Message::Part { block, .. } => {
-                    if let Some(fetch) = self.fetches.get_mut(&(to.0, block))
-                        && fetch.served == 0
-                    {
-                        (fetch.served, fetch.served_in, fetch.owner) = (now, step, from.0);
-                    }
+            }
+            Sight::Serves { asker, block, owner, step } => {
+                if let Some(fetch) = self.fetches.get_mut(&(asker, block))
+                    && fetch.served == 0
+                {
+                    (fetch.served, fetch.served_in, fetch.owner) = (now, step, owner);
                 }
-                Message::Ray(ray) if ray.reply.node() == from => {
-                    let (slot, key) = slot(&ray.reply);
-                    let entry = self.rays.entry(slot).or_insert((key, now));
-                    if entry.0 != key {
-                        *entry = (key, now);
-                    }
+            }
+            Sight::HasPart { asker, block, end } => {
+                if end >= self.block_bytes {
+                    self.has_block(now, asker, block);
                 }
-                Message::Grant { first, count, .. } if from == HOST => {
-                    for tile in first..first.saturating_add(count) {
-                        self.tiles.entry(tile).or_insert(now);
-                    }
+            }
+            Sight::RayLeaves { slot, key } => {
+                let entry = self.rays.entry(slot).or_insert((key, now));
+                if entry.0 != key {
+                    *entry = (key, now);
                 }
-                Message::Accepted { tile } => {
-                    if let Some(since) = self.tiles.remove(&tile) {
-                        self.tile.record(now - since);
-                    }
+            }
+            Sight::Answer { slot, key } => {
+                if let Some(&(of, since)) = self.rays.get(&slot)
+                    && of == key
+                {
+                    self.rays.remove(&slot);
+                    self.ray.record(now - since);
                 }
-                _ => {}
+            }
+            Sight::Grant { first, count } => {
+                for tile in first..first.saturating_add(count) {
+                    self.tiles.entry(tile).or_insert(now);
+                }
+            }
+            Sight::Accepted { tile } => {
+                if let Some(since) = self.tiles.remove(&tile) {
+                    self.tile.record(now - since);
+                }
             }
         }
     }
 
-    /// A packet is where it belongs.
-    pub(crate) fn arrives(&mut self, now: u64, from: NodeId, at: NodeId, payload: &[u8]) {
-        for message in Items::new(payload) {
-            match message {
-                Message::Fetch { block, .. } => {
-                    if let Some(fetch) = self.fetches.get_mut(&(from.0, block))
-                        && fetch.asked == 0
-                    {
-                        fetch.asked = now;
-                    }
-                }
-                Message::Part { block, offset, bytes }
-                    if offset.saturating_add(bytes.len() as u32) >= self.block_bytes =>
-                {
-                    if let Some(fetch) = self.fetches.remove(&(at.0, block)) {
-                        let Fetch { since, asked, served, owner, asked_in, served_in } = fetch;
-                        if self.flows.len() < self.flows_max {
-                            self.flows.push(TraceFlow {
-                                block,
-                                asker: at.0,
-                                owner,
-                                asked_ns: asked_in,
-                                served_ns: served_in,
-                                arrived_ns: now,
-                            });
-                        }
-                        self.fetch.record(now - since);
-                        self.fetch_request.record(asked.saturating_sub(since));
-                        self.fetch_owner.record(served.saturating_sub(asked));
-                        self.fetch_reply.record(now - served);
-                    }
-                }
-                Message::Answer { to, .. } => {
-                    let (slot, key) = slot(&to);
-                    if let Some(&(of, since)) = self.rays.get(&slot)
-                        && of == key
-                    {
-                        self.rays.remove(&slot);
-                        self.ray.record(now - since);
-                    }
-                }
-                _ => {}
-            }
+    /// The last byte of a block is where it was asked for.
+    fn has_block(&mut self, now: u64, asker: u16, block: u32) {
+        let Some(fetch) = self.fetches.remove(&(asker, block)) else { return };
+        let Fetch { since, asked, served, owner, asked_in, served_in } = fetch;
+        if self.flows.len() < self.flows_max {
+            self.flows.push(TraceFlow {
+                block,
+                asker,
+                owner,
+                asked_ns: asked_in,
+                served_ns: served_in,
+                arrived_ns: now,
+            });
         }
+        self.fetch.record(now - since);
+        self.fetch_request.record(asked.saturating_sub(since));
+        self.fetch_owner.record(served.saturating_sub(asked));
+        self.fetch_reply.record(now - served);
     }
 
     /// The fetches that were taken down.

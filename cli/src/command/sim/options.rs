@@ -32,10 +32,18 @@ pub(in crate::command) fn options(sim: &args::Sim, scene: &Scene) -> Outcome<Opt
     let mut options = on(divided, view, mesh)?;
     options.seed = common.seed;
     options.trace = if sim.trace.is_some() { TRACE_EVENTS } else { 0 };
+    options.threads = threads(sim);
     Ok(options)
 }
 
-/// A divided run with what is said of the machine.
+/// Threads of the mesh: all that there are but one, where the one node to compare it with takes its steps at the same time.
+fn threads(sim: &args::Sim) -> usize {
+    let cores = || std::thread::available_parallelism().map_or(1, usize::from);
+    let all = sim.common.threads.map_or_else(cores, |threads| threads as usize);
+    all.saturating_sub(usize::from(!sim.no_baseline)).max(1)
+}
+
+/// A divided run with what is said of the machine, on one thread.
 pub(in crate::command) fn on(
     divided: MeshOptions,
     view: View,
@@ -49,6 +57,7 @@ pub(in crate::command) fn on(
         args::Profile::File(path) => calibrate::read(path)?,
     };
     options.faults = faults(mesh);
+    options.threads = 1;
     Ok(options)
 }
 
@@ -63,7 +72,7 @@ pub(in crate::command) fn baseline(options: &Options) -> Outcome<Options> {
         owned_in_arena: false,
         ..options.mesh
     };
-    Ok(Options { mesh, faults: Faults::default(), trace: 0, ..options.clone() })
+    Ok(Options { mesh, faults: Faults::default(), trace: 0, threads: 1, ..options.clone() })
 }
 
 /// An error of the simulator: exit code 2 where it is about what was typed.

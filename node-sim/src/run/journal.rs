@@ -1,0 +1,77 @@
+use super::packets::Packet;
+use super::watch::Sight;
+use crate::TraceEvent;
+use kiloray_core::network::{NodeId, Port};
+
+/// What places have done in a window, for all others to hear of when it ends. It goes from place to place.
+#[derive(Debug, Default)]
+pub(crate) struct Journal {
+    /// The last thing happened then \[ns\].
+    pub(crate) now: u64,
+    /// So many things have happened.
+    pub(crate) events: u64,
+    /// In the order of departure.
+    pub(crate) departures: Vec<Departure>,
+    /// What must be taken down in the order of time.
+    pub(crate) moments: Vec<(u64, Moment)>,
+    /// What is summed up, in any order.
+    pub(crate) spans: Vec<Span>,
+    pub(crate) trace: Vec<TraceEvent>,
+    /// Memory of packets that are gone.
+    pub(crate) spare: Vec<Box<[u8]>>,
+}
+
+/// The memory of so many packets is kept: blocks flow from where packets are made to where they end.
+const SPARE_MAX: usize = 64;
+
+impl Journal {
+    /// Takes over what is told in another.
+    pub(crate) fn append(&mut self, other: &mut Self) {
+        self.now = self.now.max(other.now);
+        self.events += std::mem::take(&mut other.events);
+        self.departures.append(&mut other.departures);
+        self.moments.append(&mut other.moments);
+        self.spans.append(&mut other.spans);
+        self.trace.append(&mut other.trace);
+    }
+
+    /// A packet is gone.
+    pub(crate) fn keep(&mut self, bytes: Box<[u8]>) {
+        if self.spare.len() < SPARE_MAX {
+            self.spare.push(bytes);
+        }
+    }
+}
+
+/// A packet that is on its way to another place.
+#[derive(Debug)]
+pub(crate) struct Departure {
+    pub(crate) to: NodeId,
+    /// By which port it comes.
+    pub(crate) port: Port,
+    /// When \[ns\].
+    pub(crate) arrival: u64,
+    pub(crate) packet: Packet,
+}
+
+/// What is so from a moment on.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Moment {
+    /// The place holds so many rays more.
+    Stored(i64),
+    /// So many pixels are complete.
+    Pixels(u64),
+    /// A message was seen.
+    Seen(Sight),
+}
+
+/// What a place did for a while.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Span {
+    /// It worked.
+    Busy { from: u64, to: u64 },
+    /// It waited.
+    Waiting { from: u64, to: u64 },
+    /// It sent so many bytes.
+    Sent { at: u64, bytes: u64 },
+}

@@ -1,0 +1,476 @@
+//! One place of the mesh: an actor, and all that happens to it.
+
+use std::marker::PhantomData;
+use std::sync::Arc;
+
+use kiloray_core::network::{
+    Channel, HOST, Lane, Mesh, NodeId, PacketHeader, Port, Received, Router,
+};
+use kiloray_core::node::{Lack, Next, Time, tell_gone};
+
+use super::clock::{Phase, PlaceState};
+use super::event::{Event, EventQueue};
+use super::fault;
+use super::journal::{Departure, Journal, Moment, Span};
+use super::link::LinkState;
+use super::packets::{Packet, Packets};
+use super::watch::Sight;
+use super::{Actor, RunSettings};
+use crate::{CrashReport, FaultReport, NodeTime, TraceEvent};
+
+/// A place of the mesh. It knows nothing of the others but what packets bring.
+pub(crate) struct Place<'m, A> {
+    /// What runs here.
+    pub(crate) actor: A,
+    pub(crate) state: PlaceState,
+    /// The links that leave it, by port.
+    pub(crate) links: Vec<LinkState>,
+    /// What it has to tell, while it goes through a window.
+    journal: Journal,
+    /// Now \[ns\].
+    pub(crate) now: u64,
+    /// What became of packets and of the node.
+    pub(crate) faults: FaultReport,
+    /// A hash of all that has happened.
+    pub(crate) hash: u64,
+    here: NodeId,
+    settings: Arc<RunSettings>,
+    slow: f64,
+    queue: EventQueue,
+    packets: Packets,
+    /// It can take a step.
+    runnable: bool,
+    /// Pixels complete when last told.
+    pixels: u64,
+    memory: PhantomData<&'m ()>,
+}
+
+/// The time between questions for credit is doubled so often at most, as long as they bring nothing.
+const REMINDERS_MAX: u32 = 6;
+
+impl<'m, A: Actor<'m>> Place<'m, A> {
+    /// Before the first event. Its links are numbered from `first`.
+    pub(crate) fn new(
+        mesh: &Mesh,
+        here: NodeId,
+        first: u32,
+        actor: A,
+        settings: &Arc<RunSettings>,
+    ) -> Self {
+        let faults = &settings.faults;
+        let mut queue = EventQueue::default();
+        for crash in faults.crashes.iter().filter(|crash| crash.node == here) {
+            queue.push(crash.at, Event::Crash);
+        }
+        queue.push(0, Event::Wake);
+        Self {
+            actor,
+            state: PlaceState::new(),
+            links: LinkState::of(mesh, here, first),
+            journal: Journal::default(),
+            now: 0,
+            faults: FaultReport::default(),
+            hash: 0,
+            here,
+            slow: faults.slow.iter().rfind(|s| s.node == here).map_or(1.0, |s| s.factor),
+            queue,
+            packets: Packets::new(settings.packet),
+            settings: Arc::clone(settings),
+            runnable: false,
+            pixels: 0,
+            memory: PhantomData,
+        }
+    }
+
+    /// When the next thing happens here, unless a packet comes before; [`u64::MAX`] if nothing will.
+    pub(crate) fn due(&self) -> u64 {
+        self.queue.due()
+    }
+
+    /// Lets all happen that happens before `end`, unless the actor sees the end of the run, and tells it.
+    pub(crate) fn advance(&mut self, end: u64, journal: &mut Journal) {
+        std::mem::swap(&mut self.journal, journal);
+        self.advance_to(end);
+        std::mem::swap(&mut self.journal, journal);
+    }
+
+    fn advance_to(&mut self, end: u64) {
+        while self.queue.due() < end && !self.actor.has_ended() {
+            let Some((time, event)) = self.queue.pop() else { break };
+            debug_assert!(time >= self.now, "time goes on");
+            self.now = time;
+            self.journal.now = self.journal.now.max(time);
+            self.journal.events += 1;
+            match event {
+                Event::Arrive { packet } => self.arrive(packet),
+                Event::Free { port } => {
+                    self.links[usize::from(port)].awaited = false;
+                    self.transmit(Port(port));
+                    self.serve();
+                }
+                Event::Done => self.done(),
+                Event::Wake => self.wake(),
+                Event::Remind => self.remind(),
+                Event::Crash => self.crash(),
+            }
+            while std::mem::take(&mut self.runnable) {
+                self.step();
+            }
+        }
+    }
+
+    /// A packet comes by a port.
+    pub(crate) fn receive(&mut self, departure: Departure) {
+        let Departure { port, arrival, packet, .. } = departure;
+        let packet = self.packets.enter(packet, port);
+        self.queue.push(arrival, Event::Arrive { packet });
+    }
+
+    /// Closes its accounts.
+    pub(crate) fn settle(&mut self, now: u64, journal: &mut Journal) {
+        std::mem::swap(&mut self.journal, journal);
+        self.now = now;
+        self.cut_step();
+        self.close_rest();
+        std::mem::swap(&mut self.journal, journal);
+    }
+
+    /// What the buffers of a port held at most, and what they can hold.
+    pub(crate) fn buffers(&mut self, port: Port) -> (u32, u32) {
+        let router = self.actor.router();
+        (router.peak(port), router.buffers())
+    }
+
+    const fn is_host(&self) -> bool {
+        self.here.0 == HOST.0
+    }
+
+    fn router(&mut self) -> &mut Router<'m> {
+        self.actor.router()
+    }
+
+    fn arrive(&mut self, packet: u32) {
+        let here = self.here;
+        let dead = self.state.phase == Phase::Dead;
+        let router = self.actor.router();
+        let (bytes, port) = self.packets.get(packet);
+        let (header, payload) = PacketHeader::split(bytes).expect("routers send good packets");
+        let passes = header.kind == PacketHeader::DATA && header.to() != here;
+        let asks = Lane::from_u8(header.lane).is_some_and(|l| l.channel() == Channel::Request);
+        let sender = header.from();
+        let received = if passes {
+            router.receive(port, &self.packets.ticket(packet), |_| false)
+        } else {
+            router.receive(port, bytes, |node| dead && node == here)
+        };
+        if received == Received::Buffered && !passes {
+            let seen = Sight::arriving(sender, here, payload);
+            self.journal.moments.extend(seen.map(|sight| (self.now, Moment::Seen(sight))));
+        }
+        if received != Received::Buffered || !passes {
+            self.packets.free(packet, &mut self.journal);
+        }
+        self.note(1, u64::from(port.0), received as u64);
+        match received {
+            Received::Control | Received::Buffered => {}
+            Received::Stale => self.faults.stale += 1,
+            Received::Dead => {
+                self.faults.for_the_dead += 1;
+                if asks {
+                    tell_gone(self.router(), sender);
+                }
+            }
+            Received::Bad => debug_assert!(false, "routers send good packets"),
+        }
+        self.serve();
+    }
+
+    /// Sends what can leave, and tells the actor of what it can consume.
+    fn serve(&mut self) {
+        loop {
+            let mut changed = self.router().take_changed();
+            if changed == 0 {
+                break;
+            }
+            while changed != 0 {
+                let first = changed.trailing_zeros() as usize;
+                changed &= changed - 1;
+                for port in (first..self.links.len()).step_by(64) {
+                    self.transmit(Port(port as u16));
+                }
+            }
+        }
+        if self.router().take_news() {
+            self.state.news = true;
+            self.wake_idle();
+        }
+    }
+
+    /// Sends a packet if the link is free and there is one.
+    fn transmit(&mut self, port: Port) {
+        let Self { links, actor, packets, journal, now, here, .. } = self;
+        let link = &links[usize::from(port.0)];
+        if link.awaited || link.to.is_none() {
+            return;
+        }
+        if link.busy_until <= *now {
+            let is_maker = |header: &PacketHeader| header.from() == *here;
+            let packet = packets.make(journal, is_maker, |out| actor.router().transmit(port, out));
+            if let Some(packet) = packet {
+                self.depart(port, packet);
+            }
+        }
+        // It is called again when it is free, if there is something to send by then.
+        let busy_until = self.links[usize::from(port.0)].busy_until;
+        if busy_until > self.now && self.router().is_ready(port) {
+            self.links[usize::from(port.0)].awaited = true;
+            self.queue.push(busy_until, Event::Free { port: port.0 });
+        }
+    }
+
+    fn depart(&mut self, port: Port, packet: Packet) {
+        let bytes = packet.bytes();
+        let len = bytes.len();
+        let (header, payload) = PacketHeader::split(bytes).expect("routers send good packets");
+        let data = header.kind == PacketHeader::DATA;
+        let starts = data && header.from() == self.here;
+        if starts {
+            let idle = matches!(self.state.phase, Phase::Idle(_));
+            let step = if idle { self.state.since.saturating_sub(1) } else { self.now };
+            let seen = Sight::leaving(header.from(), header.to(), step, payload);
+            self.journal.moments.extend(seen.map(|sight| (self.now, Moment::Seen(sight))));
+        }
+        let settings = Arc::clone(&self.settings);
+        let duration = settings.link.duration(len);
+        let link = &mut self.links[usize::from(port.0)];
+        let Some(to) = link.to else { return };
+        let (back, number, of_link) = (link.back, link.number, link.packets + link.control_packets);
+        link.busy_until = self.now + duration;
+        link.busy += duration;
+        link.bytes += len as u64;
+        link.packets += u64::from(data);
+        link.control_packets += u64::from(!data);
+        self.journal.spans.push(Span::Sent { at: self.now, bytes: len as u64 });
+        let ends = to == header.to();
+        let arrival = self.now + settings.link.travel(&header, len, ends);
+        if starts {
+            self.has_room();
+        }
+        let departs = |arrival, packet| Departure { to, port: back, arrival, packet };
+        if !settings.faults.of_links() {
+            self.journal.departures.push(departs(arrival, packet));
+            return;
+        }
+        if data {
+            self.state.reminders = 0;
+        }
+        self.plan_reminder();
+        let fate = fault::fate(&settings.faults, settings.seed, number, of_link);
+        self.faults.delayed += u64::from(fate.delay > 0 && !fate.lost);
+        if fate.doubled {
+            self.faults.doubled += 1;
+            let copy = departs(arrival + fate.delay + duration, packet.clone());
+            self.journal.departures.push(copy);
+        }
+        if fate.lost {
+            self.faults.lost += 1;
+            self.journal.keep(packet.into_bytes());
+            return;
+        }
+        let mut arrival = arrival + fate.delay;
+        if !fate.strays {
+            let link = &mut self.links[usize::from(port.0)];
+            arrival = arrival.max(link.last_arrival);
+            link.last_arrival = arrival;
+        }
+        self.journal.departures.push(departs(arrival, packet));
+    }
+
+    /// A packet of the actor has left.
+    fn has_room(&mut self) {
+        match self.state.phase {
+            Phase::Busy { .. } => self.state.news = true,
+            Phase::Idle(_) => self.wake_idle(),
+            Phase::Dead => {}
+        }
+    }
+
+    fn wake_idle(&mut self) {
+        self.runnable |= matches!(self.state.phase, Phase::Idle(_));
+    }
+
+    fn wake(&mut self) {
+        self.state.wake = u64::MAX;
+        match self.state.phase {
+            Phase::Idle(_) if self.state.until <= self.now => self.runnable = true,
+            Phase::Idle(_) => self.plan_wake(),
+            Phase::Busy { .. } | Phase::Dead => {}
+        }
+    }
+
+    /// Enters a call for an idle actor's deadline, unless an earlier one is entered: that one will look again.
+    fn plan_wake(&mut self) {
+        let state = &mut self.state;
+        if state.until < state.wake {
+            state.wake = state.until;
+            self.queue.push(state.until.max(self.now), Event::Wake);
+        }
+    }
+
+    /// An idle actor takes a step.
+    fn step(&mut self) {
+        if !matches!(self.state.phase, Phase::Idle(_)) {
+            return;
+        }
+        self.close_rest();
+        self.router().hold();
+        let progress = self.actor.poll(Time(self.now));
+        // What came to the front while it was at it, it has seen.
+        self.router().take_news();
+        let mut time = self.settings.profile.time(&progress.work, self.slow);
+        let (then, until) = match progress.next {
+            Next::Now => (None, Time::NEVER),
+            Next::Wait { until, lack } => (Some(lack), until),
+        };
+        // What can go on without having taken time would go on for ever.
+        if then.is_none() && time.busy() == 0 {
+            time.messages = 1;
+        }
+        let busy = time.busy();
+        self.note(2, 0, busy);
+        let (stored, pixels) = (self.actor.stored(), self.actor.pixels());
+        self.holds(stored);
+        if self.pixels != pixels {
+            self.pixels = pixels;
+            self.journal.moments.push((self.now, Moment::Pixels(pixels)));
+        }
+        let state = &mut self.state;
+        state.news = false;
+        state.until = until.0;
+        state.step = time;
+        state.work += progress.work;
+        state.steps += 1;
+        state.since = self.now;
+        state.phase = Phase::Busy { then };
+        if busy == 0 {
+            self.done();
+        } else {
+            self.trace_step(&time);
+            self.queue.push(self.now + busy, Event::Done);
+            self.serve();
+        }
+    }
+
+    /// It holds so many rays from now on.
+    fn holds(&mut self, rays: u32) {
+        let more = i64::from(rays) - i64::from(self.state.stored);
+        if more != 0 {
+            self.state.stored = rays;
+            self.journal.moments.push((self.now, Moment::Stored(more)));
+        }
+    }
+
+    /// The time for a step has passed.
+    fn done(&mut self) {
+        let state = &mut self.state;
+        let Phase::Busy { then } = state.phase else { return };
+        let since = state.since;
+        state.since = self.now;
+        state.time += state.step;
+        // Until something is found to go on with.
+        state.phase = Phase::Idle(then.unwrap_or(Lack::Tiles));
+        self.was(Span::Busy { from: since, to: self.now });
+        self.router().release();
+        self.serve();
+        if then.is_none() || self.state.news || self.state.until <= self.now {
+            self.wake_idle();
+        } else {
+            self.plan_wake();
+        }
+    }
+
+    /// Takes down what a node did; the host takes no time.
+    fn was(&mut self, span: Span) {
+        if !self.is_host() {
+            self.journal.spans.push(span);
+        }
+    }
+
+    /// Enters the time that it has not worked.
+    fn close_rest(&mut self) {
+        let (since, now) = (self.state.since, self.now);
+        self.state.add_rest(now - since);
+        if matches!(self.state.phase, Phase::Idle(lack) if lack != Lack::Tiles) {
+            self.was(Span::Waiting { from: since, to: now });
+        }
+        self.state.since = now;
+    }
+
+    /// Ends a step before its time has passed.
+    fn cut_step(&mut self) {
+        let (since, now) = (self.state.since, self.now);
+        if let Phase::Busy { .. } = self.state.phase {
+            self.state.time += self.state.step.first(now - since);
+            self.was(Span::Busy { from: since, to: now });
+            self.state.since = now;
+            self.state.phase = Phase::Idle(Lack::Tiles);
+        }
+    }
+
+    fn crash(&mut self) {
+        if self.state.phase == Phase::Dead {
+            return;
+        }
+        self.cut_step();
+        self.close_rest();
+        self.state.phase = Phase::Dead;
+        self.state.since = self.now;
+        self.holds(0);
+        let here = self.here;
+        self.faults.crashes.push(CrashReport { node: here.0, at_ns: self.now });
+        let router = self.router();
+        router.discard();
+        let dropped = router.forget(here);
+        self.faults.for_the_dead += u64::from(dropped);
+        self.serve();
+    }
+
+    fn plan_reminder(&mut self) {
+        if !self.state.reminded {
+            self.state.reminded = true;
+            let RunSettings { link, faults, packet, .. } = &*self.settings;
+            let trip = link.latency + link.duration(usize::from(*packet));
+            // What is out after many questions is held by a node that takes its time, not lost.
+            let after = (8 * trip + 2 * faults.jitter) << self.state.reminders;
+            self.queue.push(self.now + after, Event::Remind);
+        }
+    }
+
+    fn remind(&mut self) {
+        self.state.reminded = false;
+        self.state.reminders = (self.state.reminders + 1).min(REMINDERS_MAX);
+        if self.router().remind() {
+            self.plan_reminder();
+            self.serve();
+        }
+    }
+
+    fn trace_step(&mut self, time: &NodeTime) {
+        if self.settings.trace > 0 && !self.is_host() {
+            let parts = time.parts();
+            let most = parts.iter().max_by_key(|part| part.1);
+            self.journal.trace.push(TraceEvent {
+                name: most.map_or("", |part| part.0),
+                node: self.here.0,
+                start_ns: self.now,
+                duration_ns: time.busy(),
+            });
+        }
+    }
+
+    /// Adds what happens to the hash of all that has happened.
+    fn note(&mut self, what: u64, a: u64, b: u64) {
+        let word = self.now ^ what << 60 ^ a << 40 ^ b.rotate_right(8);
+        self.hash = (self.hash ^ word).wrapping_mul(0x9e37_79b9_7f4a_7c15).rotate_left(29);
+    }
+}
