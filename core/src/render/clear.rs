@@ -160,13 +160,9 @@ fn is_left_behind<'a>(mut rays: impl Iterator<Item = &'a Shadow>, primitive: &Pr
     let Some(plane) = FacePlane::new(primitive) else { return false };
     rays.all(|shadow| {
         let ray = shadow.ray();
-        let along = plane.normal.dot(ray.direction.as_dvec3());
+        let plane = plane.facing(ray.origin);
         // No NaN.
-        match plane.side_of(ray.origin) {
-            Some(Side::Front) => along > 0.0,
-            Some(Side::Back) => along < 0.0,
-            None => false,
-        }
+        plane.is_some_and(|plane| plane.normal.dot(ray.direction.as_dvec3()) > 0.0)
     })
 }
 
@@ -178,27 +174,28 @@ pub(super) struct FacePlane {
     /// Of all their corners.
     bounds: Aabb,
     /// Not of unit length.
-    pub(super) normal: DVec3,
-    pub(super) length: f64,
-}
-
-/// A side of a triangle's plane, farther off than the triangle's test can err.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Side {
-    Front,
-    Back,
+    normal: DVec3,
 }
 
 impl FacePlane {
+    /// None at all.
+    pub(super) const NOWHERE: Self =
+        Self { point: Vec3::ZERO, bounds: Aabb::EMPTY, normal: DVec3::ZERO };
+
     /// `None` for other primitives, and for a triangle that is a line.
     pub(super) fn new(primitive: &Primitive) -> Option<Self> {
         let Primitive::Triangle { vertices, .. } = *primitive else { return None };
         let [v0, v1, v2] = vertices.map(Vec3::as_dvec3);
         let normal = (v1 - v0).cross(v2 - v0);
-        let length = libm::sqrt(normal.length_squared());
         let [point, ..] = vertices;
         let bounds = vertices.into_iter().fold(Aabb::EMPTY, Aabb::with);
-        (length > 0.0).then_some(Self { point, bounds, normal, length })
+        (normal.length_squared() > 0.0).then_some(Self { point, bounds, normal })
+    }
+
+    /// The same plane with its front to a point, if that lies farther off than the triangles' tests can err.
+    pub(super) fn facing(self, point: Vec3) -> Option<Self> {
+        let back = Self { normal: -self.normal, ..self };
+        [self, back].into_iter().find(|plane| plane.is_before(point))
     }
 
     /// The box of the triangles.
@@ -206,9 +203,16 @@ impl FacePlane {
         &self.bounds
     }
 
-    /// How high a point stands above it, times [`length`](Self::length).
-    pub(super) fn height(&self, point: DVec3) -> f64 {
+    /// How high a point stands above it, times the length of the normal.
+    fn height(&self, point: DVec3) -> f64 {
         self.normal.dot(point - self.point.as_dvec3())
+    }
+
+    /// Whether a point stands higher above it.
+    pub(super) fn is_below(&self, point: DVec3, by: f64) -> bool {
+        let height = self.height(point);
+        // Of points in f32, what is squared lies between 1e-280 and 1e240.
+        height > 0.0 && height * height > by * by * self.normal.length_squared()
     }
 
     /// Takes a triangle in, if it lies in the very same plane: whether it does.
@@ -221,20 +225,12 @@ impl FacePlane {
         same
     }
 
-    /// The side of a point, if it is far enough off.
-    pub(super) fn side_of(&self, point: Vec3) -> Option<Side> {
+    /// Whether a point lies in front of it, farther off than the triangles' tests can err.
+    pub(super) fn is_before(&self, point: Vec3) -> bool {
         const ERROR: f64 = PreparedRay::TRIANGLE_ERROR as f64 * 1.01;
         let p = point.as_dvec3();
         let (low, high) = (self.bounds.min.as_dvec3() - p, self.bounds.max.as_dvec3() - p);
         let far = low.abs().max(high.abs()).max_element();
-        let height = self.height(p);
-        let least = ERROR * far * self.length;
-        if height > least {
-            Some(Side::Front)
-        } else if height < -least {
-            Some(Side::Back)
-        } else {
-            None
-        }
+        self.is_below(p, ERROR * far)
     }
 }

@@ -1,4 +1,4 @@
-use super::clear::{FacePlane, Side, holds_only};
+use super::clear::{FacePlane, holds_only};
 use crate::block::BlockSource;
 use crate::geometry::rounding::UNIT_ROUNDOFF;
 use crate::geometry::{Aabb, Pyramid};
@@ -143,10 +143,12 @@ impl Searches {
 #[derive(Debug, Clone, Copy)]
 struct Clearing {
     light: u32,
+    /// So many planes are behind the points: the first.
+    len: u32,
     /// When it was last of use.
     last: u64,
     bounds: Aabb,
-    behind: [Option<(FacePlane, Side)>; BEHIND_MAX],
+    behind: [FacePlane; BEHIND_MAX],
 }
 
 /// Planes that may lie behind the points: of their own surface and of what is beside it.
@@ -156,13 +158,18 @@ const THICKNESS: f32 = 1.0 / 16.0;
 
 impl Clearing {
     /// Of no light.
-    const NOWHERE: Self =
-        Self { light: u32::MAX, last: 0, bounds: Aabb::EMPTY, behind: [None; BEHIND_MAX] };
+    const NOWHERE: Self = Self {
+        light: u32::MAX,
+        len: 0,
+        last: 0,
+        bounds: Aabb::EMPTY,
+        behind: [FacePlane::NOWHERE; BEHIND_MAX],
+    };
 
     /// Whether it is known of this place.
     fn holds(&self, from: Vec3) -> bool {
         self.bounds.contains(&Aabb::EMPTY.with(from))
-            && self.behind.iter().flatten().all(|(plane, side)| plane.side_of(from) == Some(*side))
+            && self.behind.iter().take(self.len as usize).all(|plane| plane.is_before(from))
     }
 
     /// Looks round a point, so far: whether it is free to see the light.
@@ -177,39 +184,38 @@ impl Clearing {
         // Flat along the surface.
         let half = (Vec3::ONE - surface.normal.abs()).max(Vec3::splat(THICKNESS)) * size;
         let bounds = Aabb { min: from - half, max: from + half };
-        let mut behind: [Option<(FacePlane, Side)>; BEHIND_MAX] = [None; BEHIND_MAX];
-        let mut len = 0;
+        let mut behind = [FacePlane::NOWHERE; BEHIND_MAX];
+        let mut len = 0_u32;
         let clear = holds_only(Pyramid::to_light(&bounds, light), source, |primitive| {
-            let is_behind = |plane: &FacePlane, side: Side| {
-                side_of_light(plane, light, &bounds) == Some(side)
-                    && plane.side_of(from) == Some(side)
-            };
-            for (plane, side) in behind.iter_mut().flatten() {
+            let is_behind =
+                |plane: &FacePlane| plane.is_before(from) && is_before_light(plane, light, &bounds);
+            for plane in behind.iter_mut().take(len as usize) {
                 if plane.take_in(primitive) {
-                    return is_behind(plane, *side);
+                    return is_behind(plane);
                 }
             }
-            let Some(plane) = FacePlane::new(primitive) else { return false };
-            let Some(side) = plane.side_of(from) else { return false };
-            let Some(place) = behind.get_mut(len) else { return false };
-            *place = Some((plane, side));
+            let plane = FacePlane::new(primitive).and_then(|plane| plane.facing(from));
+            let (Some(plane), Some(place)) = (plane, behind.get_mut(len as usize)) else {
+                return false;
+            };
+            *place = plane;
             len = len.saturating_add(1);
-            is_behind(&plane, side)
+            is_behind(&plane)
         });
-        clear.then_some(Self { bounds, behind, ..Self::NOWHERE })
+        clear.then_some(Self { len, bounds, behind, ..Self::NOWHERE })
     }
 }
 
-/// The side of a plane on which all shadow rays to a light end, from wherever in a box they come.
-fn side_of_light(plane: &FacePlane, light: &Light, bounds: &Aabb) -> Option<Side> {
+/// Whether all shadow rays to a light end in front of a plane, from wherever in a box they come.
+fn is_before_light(plane: &FacePlane, light: &Light, bounds: &Aabb) -> bool {
     let [position, u, v] = [light.position, light.u, light.v].map(|v| Vec3::from(v).as_dvec3());
-    let (corners, radius): (&[DVec3], f64) = match LightKind::from_u32(light.kind)? {
-        LightKind::Parallelogram => {
+    let (corners, radius): (&[DVec3], f64) = match LightKind::from_u32(light.kind) {
+        Some(LightKind::Parallelogram) => {
             (&[position, position + u, position + v, position + u + v], 0.0)
         }
-        LightKind::Triangle => (&[position, position + u, position + v], 0.0),
-        LightKind::Sphere => (&[position], u.x),
-        LightKind::Disc | LightKind::Point | LightKind::Spot | LightKind::Distant => return None,
+        Some(LightKind::Triangle) => (&[position, position + u, position + v], 0.0),
+        Some(LightKind::Sphere) => (&[position], u.x),
+        _ => return false,
     };
     // Rays end before the light, by a clearance in parts of all lengths, and are rounded: far less than this.
     let of_plane = plane.bounds();
@@ -218,14 +224,7 @@ fn side_of_light(plane: &FacePlane, light: &Light, bounds: &Aabb) -> Option<Side
     let of_light = corners.iter().map(|c| c.abs().max_element() + radius);
     let all: f64 = lengths.into_iter().map(f64::from).chain(of_light).sum();
     let least = radius + 1024.0 * f64::from(UNIT_ROUNDOFF) * all;
-    let heights = corners.iter().map(|c| plane.height(*c));
-    if heights.clone().all(|height| height > least * plane.length) {
-        Some(Side::Front)
-    } else if heights.clone().all(|height| height < -least * plane.length) {
-        Some(Side::Back)
-    } else {
-        None
-    }
+    corners.iter().all(|corner| plane.is_below(*corner, least))
 }
 
 #[cfg(test)]
