@@ -7,7 +7,7 @@ use kiloray_core::block::KiloView;
 use kiloray_core::network::NodeId;
 use kiloray_core::node::{Node, Picture};
 use kiloray_core::store::{Arena, CHUNK_BYTES, Chunk};
-use kiloray_render::ThreadRoom;
+use kiloray_render::ThreadScratch;
 use kiloray_scene::kilo::KiloFile;
 use kiloray_simd::Auto;
 
@@ -48,7 +48,7 @@ pub fn run_node(config: &Config, node: u16, incarnation: u32, is_tied: bool) -> 
     let mut chunks = vec![Chunk::ZERO; config.mesh.memory / CHUNK_BYTES];
     let world =
         Picture::new(Auto::detect(), job.shader(&file), job.camera, job.tiling(), file.limits())
-            .together_in(&ThreadRoom);
+            .working_in(ThreadScratch { together: true });
     let rom = job.layout.rom(&file, here);
     let mut arena = Arena::new(&mut chunks);
     let mut actor = Node::new(&mut arena, plan, budget, job.layout.settings, rom, job.mesh, world)?;

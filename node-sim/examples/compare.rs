@@ -91,12 +91,16 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         println!("ratio of all {:.3}", all[0] / all[1]);
         return Ok(());
     }
+    // What is there once, whatever the number of nodes, is there before.
+    let mut few = options.clone();
+    few.mesh.topology = Topology::Full { nodes: 2 };
+    simulated(&file, &few)?;
     let before = resident_peak();
     let begin = Instant::now();
     let outcome = simulated(&file, &options)?;
     let mesh = begin.elapsed().as_secs_f64();
     if let (Some(before), Some(after)) = (before, resident_peak()) {
-        let each = (after - before) / u64::from(nodes);
+        let each = (after - before) / u64::from(nodes).saturating_sub(2).max(1);
         println!(
             "resident: {} KiB more than before, {each} bytes a node, {} beside its arena",
             (after - before) >> 10,

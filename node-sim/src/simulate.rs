@@ -1,3 +1,4 @@
+use std::mem::take;
 use std::sync::atomic::Ordering;
 
 use kiloray_core::block::KiloView;
@@ -7,7 +8,7 @@ use kiloray_core::render::Tiling;
 use kiloray_core::shade::{Shader, Tables};
 use kiloray_core::store::{Arena, CHUNK_BYTES, Chunk};
 use kiloray_core::view::Camera;
-use kiloray_render::{Ledger, MeshLayout, ThreadRoom};
+use kiloray_render::{Ledger, MeshLayout, ThreadScratch};
 use kiloray_simd::Auto;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
@@ -42,24 +43,14 @@ pub fn simulate(
     }
     let camera = Camera::new(&options.view, width, height).ok_or(Error::View)?;
     let mesh = Mesh::new(options.mesh.topology);
-    let layout = layout(file, options)?;
+    let mut layout = layout(file, options)?;
     let shader = Shader::new(Tables::of(file), options.mesh.settings);
     let tiling = Tiling::new(width, height, layout.side());
     let world = || {
-        let picture = Picture::new(Auto::detect(), shader, camera, tiling, file.limits());
-        if options.profile.together { picture.together_in(&ThreadRoom) } else { picture }
+        let scratch = ThreadScratch { together: options.profile.together };
+        Picture::new(Auto::detect(), shader, camera, tiling, file.limits()).working_in(scratch)
     };
 
-    let chunks = options.mesh.memory / CHUNK_BYTES;
-    let mut arenas = Arenas::new(layout.plans.len(), chunks)?;
-    let nodes = arenas.each().zip(&layout.plans).enumerate().map(|(index, (arena, plan))| {
-        let here = NodeId(index as u16);
-        let rom = layout.rom(file, here);
-        let mut arena = Arena::new(arena);
-        let rom = if options.mesh.owned_in_arena { rom.copied(&mut arena)? } else { rom };
-        let budget = layout.budgets[index];
-        Node::new(&mut arena, plan, budget, layout.settings, rom, mesh, world())
-    });
     let size = layout.host_router(&mesh);
     let mut host_arena = vec![Chunk::ZERO; size.arena_bytes() / CHUNK_BYTES];
     let seed = options.mesh.settings.seed;
@@ -79,8 +70,20 @@ pub fn simulate(
         block_bytes: file.limits().block_bytes,
         trace: options.trace,
     };
+    let chunks = options.mesh.memory / CHUNK_BYTES;
+    let mut arenas = Arenas::new(layout.plans.len(), chunks)?;
+    // There may be thousands: nobody needs their plans but they themselves.
+    let plans = take(&mut layout.plans).into_iter().zip(take(&mut layout.budgets));
+    let nodes = arenas.each().zip(plans).zip(0..).map(|((arena, (plan, budget)), index)| {
+        let here = NodeId(index);
+        let rom = layout.rom(file, here);
+        let mut arena = Arena::new(arena);
+        let rom = if options.mesh.owned_in_arena { rom.copied(&mut arena)? } else { rom };
+        Node::new(&mut arena, &plan, budget, layout.settings, rom, mesh, world())
+    });
     let pool = pool(options, &mesh)?;
-    let mut run = Run::new(&mesh, nodes, host, settings, pool.is_some())?;
+    let threads = pool.as_ref().map_or(1, ThreadPool::current_num_threads);
+    let mut run = Run::new(&mesh, nodes, host, settings, threads)?;
     let end = match pool {
         Some(pool) => pool.install(|| drive(&mut run, control)),
         None => drive(&mut run, control),
@@ -239,12 +242,12 @@ fn report<W: World + Send>(
         profile: options.profile.name.to_string(),
         virtual_ns: run.now,
         messages: totals.messages(),
-        timeline: std::mem::take(&mut run.timeline).finish(run.now, mesh.nodes()),
+        timeline: take(&mut run.timeline).finish(run.now, mesh.nodes()),
         latencies: run.watch.latencies(),
         faults,
         tiles: run.host.actor.ledger.counts().into(),
         totals,
-        trace: std::mem::take(&mut run.trace),
+        trace: take(&mut run.trace),
         flows: run.watch.take_flows(),
         events: run.events,
         fingerprint: format!("{:016x}", run.fingerprint()),

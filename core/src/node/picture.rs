@@ -5,28 +5,25 @@ use crate::block::{BlockLimits, BlockSource, BlockView};
 use crate::geometry::{Aabb, Hit, PreparedRay, Pyramid, Ray};
 use crate::material::OpticalDepth;
 use crate::path::PathKey;
-use crate::render::{Clearings, Places, Tile, Tiling, Trust, is_clear};
 #[cfg(feature = "bundles")]
-use crate::render::{Neighbours, Room};
+use crate::render::Neighbours;
+use crate::render::{Clearings, Places, Scratch, Tile, Tiling, Trust, is_clear};
 use crate::scene::{Material, Needs};
 use crate::shade::{Bundle, Counts, Direct, PackedHit, Path, PathRay, Point, Shader, Shadow, Sum};
 use crate::trace::{Clip, ClipEntry, Cursor, Query, TraceError, Tracer, Trail, Whole};
 use crate::view::Camera;
 
-/// A picture of a scene.
+/// A picture of a scene. What its steps run in is its own ([`Cursor`]), or [lent](Self::working_in).
 #[derive(Debug)]
-pub struct Picture<'a, T> {
+pub struct Picture<'a, T, C = Cursor> {
     tracer: T,
     shader: Shader<'a>,
     camera: Camera,
     tiling: Tiling,
     limits: BlockLimits,
-    cursor: Cursor,
+    scratch: C,
     /// The tile of the last camera ray, and where it lies.
     opened: (u32, Option<Tile>),
-    /// Where rays are traced together.
-    #[cfg(feature = "bundles")]
-    room: Option<&'a dyn Room>,
     trust: Trust,
     clearings: Clearings<CLEARINGS>,
 }
@@ -47,23 +44,22 @@ impl<'a, T: Tracer> Picture<'a, T> {
             camera,
             tiling,
             limits,
-            cursor: Cursor::new(),
+            scratch: Cursor::new(),
             opened: (u32::MAX, None),
-            #[cfg(feature = "bundles")]
-            room: None,
             trust: Trust::new(),
             clearings: Clearings::new(),
         }
     }
 
-    /// Traces rays together that are alike, in a room that it may share with other nodes: what is in it between two steps does not matter.
-    #[cfg(feature = "bundles")]
+    /// The same picture, where steps run in something else.
     #[must_use]
-    pub const fn together_in(mut self, room: &'a dyn Room) -> Self {
-        self.room = Some(room);
-        self
+    pub fn working_in<C: Scratch>(self, scratch: C) -> Picture<'a, T, C> {
+        let Self { tracer, shader, camera, tiling, limits, opened, trust, clearings, .. } = self;
+        Picture { tracer, shader, camera, tiling, limits, scratch, opened, trust, clearings }
     }
+}
 
+impl<T: Tracer, C: Scratch> Picture<'_, T, C> {
     /// Traces rays together in its room: how many.
     #[cfg(feature = "bundles")]
     fn together(
@@ -71,7 +67,7 @@ impl<'a, T: Tracer> Picture<'a, T> {
         work: &mut Work,
         trace: impl FnOnce(&mut Neighbours) -> (usize, Result<(), TraceError<Missing>>),
     ) -> usize {
-        let traced = self.in_room(|room| (trace(room), room.take_visited()));
+        let traced = self.scratch.neighbours(|room| (trace(room), room.take_visited()));
         let Some(((count, traced), visited)) = traced else { return 0 };
         work.bundle_rays = work.bundle_rays.saturating_add(count as u64);
         work.bundle_nodes = work.bundle_nodes.saturating_add(visited.nodes);
@@ -86,14 +82,6 @@ impl<'a, T: Tracer> Picture<'a, T> {
             // Each ray finds out for itself.
             Err(TraceError::Corrupt { .. }) => 0,
         }
-    }
-
-    /// Enters its room, if it has one.
-    #[cfg(feature = "bundles")]
-    fn in_room<R>(&self, work: impl FnOnce(&mut Neighbours) -> R) -> Option<R> {
-        let (mut work, mut result) = (Some(work), None);
-        self.room?.enter(&mut |room| result = work.take().map(|work| work(room)));
-        result
     }
 
     /// Goes on to the next bundle of a point, if there is one.
@@ -142,17 +130,20 @@ impl<'a, T: Tracer> Picture<'a, T> {
         asked: &mut Asked<'_>,
         work: &mut Work,
     ) -> Traced {
-        let ended = self.tracer.continue_query(&mut self.cursor, source, ray, trail, asked);
-        let visited = self.cursor.take_visited();
+        let Self { tracer, scratch, .. } = self;
+        let (ended, visited) = scratch.cursor(|cursor| {
+            let ended = tracer.continue_query(cursor, source, ray, trail, asked);
+            if let Err(TraceError::Source(_)) = ended {
+                *trail = cursor.trail();
+            }
+            (ended, cursor.take_visited())
+        });
         work.nodes = work.nodes.saturating_add(visited.nodes);
         work.leaves = work.leaves.saturating_add(visited.leaves);
         work.blocks = work.blocks.saturating_add(visited.blocks);
         match ended {
             Ok(()) => Traced::Done,
-            Err(TraceError::Source(Missing(block))) => {
-                *trail = self.cursor.trail();
-                Traced::Missing(block)
-            }
+            Err(TraceError::Source(Missing(block))) => Traced::Missing(block),
             Err(TraceError::Corrupt { block }) => Traced::Corrupt(block),
         }
     }
@@ -203,7 +194,7 @@ pub struct Lights {
     again: bool,
 }
 
-impl<T: Tracer> World for Picture<'_, T> {
+impl<T: Tracer, C: Scratch> World for Picture<'_, T, C> {
     type Point = Point;
     type Lights = Lights;
 
@@ -277,7 +268,7 @@ impl<T: Tracer> World for Picture<'_, T> {
 
     #[cfg(feature = "bundles")]
     fn closest_end(&self, at: usize) -> Option<(Traced, Trail, PackedHit)> {
-        self.in_room(|room| {
+        self.scratch.neighbours(|room| {
             let (traced, trail) = Traced::of(room.stopped(at));
             (traced, trail, PackedHit::new(room.hit(at)))
         })
@@ -300,12 +291,12 @@ impl<T: Tracer> World for Picture<'_, T> {
             stopped: room.all_stopped(),
             hidden: room.all_hidden(),
         };
-        self.in_room(ends).unwrap_or_default()
+        self.scratch.neighbours(ends).unwrap_or_default()
     }
 
     #[cfg(feature = "bundles")]
     fn shadow_end(&self, at: usize) -> Option<(Traced, Trail, [u32; 3])> {
-        self.in_room(|room| {
+        self.scratch.neighbours(|room| {
             let (traced, trail) = Traced::of(room.stopped(at));
             let depth = if room.is_hidden(at) { OpticalDepth::OPAQUE } else { OpticalDepth::CLEAR };
             (traced, trail, depth.steps())

@@ -4,13 +4,6 @@ use crate::shade::{PathRay, Shadow};
 use crate::trace::{BUNDLE, Bundle, BundleVisited, TraceError, Tracer, Trail};
 use glam::Vec3;
 
-/// Where nodes trace rays together. Those that take their steps in turns may share one; those that take them at the same time need one each,
-/// or one for each thread.
-pub trait Room: core::fmt::Debug + Sync {
-    /// Does something in it, once. What others did there before does not matter.
-    fn enter(&self, work: &mut dyn FnMut(&mut Neighbours));
-}
-
 /// Room for rays that are traced together, and for what they hit until it is asked for: 28 KiB.
 #[derive(Debug)]
 pub struct Neighbours {

@@ -17,12 +17,9 @@ pub(crate) struct Journal {
     /// What is summed up, in any order.
     pub(crate) spans: Vec<Span>,
     pub(crate) trace: Vec<TraceEvent>,
-    /// Memory of packets that are gone.
-    pub(crate) spare: Vec<Box<[u8]>>,
+    /// Where packets are written: most are far smaller than the greatest.
+    pub(crate) scratch: Vec<u8>,
 }
-
-/// The memory of so many packets is kept: blocks flow from where packets are made to where they end.
-const SPARE_MAX: usize = 64;
 
 impl Journal {
     /// Takes over what is told in another.
@@ -33,13 +30,6 @@ impl Journal {
         self.moments.append(&mut other.moments);
         self.spans.append(&mut other.spans);
         self.trace.append(&mut other.trace);
-    }
-
-    /// A packet is gone.
-    pub(crate) fn keep(&mut self, bytes: Box<[u8]>) {
-        if self.spare.len() < SPARE_MAX {
-            self.spare.push(bytes);
-        }
     }
 }
 

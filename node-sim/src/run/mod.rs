@@ -67,7 +67,6 @@ pub(crate) struct Run<'m, N, H> {
     stored: i64,
     /// Most events of the trace.
     trace_max: usize,
-    parallel: bool,
     /// Of runs of nodes, in their order, and of the host: what each thread writes in a window.
     journals: Vec<Journal>,
     /// Of all, when the window is over.
@@ -89,13 +88,13 @@ pub(crate) struct RunSettings {
     pub(crate) trace: usize,
 }
 
-/// Nodes go through a window in so many parts at most: more than there are threads, as they take unlike time.
-const JOURNALS: usize = 64;
+/// Nodes go through a window in so many parts for each thread at most: some, as they take unlike time.
+const PARTS: usize = 8;
 /// Longer windows would let nobody know how far the run is \[ns\].
 const WINDOW_MAX: u64 = 100_000;
 
 impl<'m, N: Actor<'m> + Send, H: Actor<'m>> Run<'m, N, H> {
-    /// Before the first event; `parallel`: on all threads of the pool that it runs in.
+    /// Before the first event. It will run on so many threads: those of the pool that it is called in.
     ///
     /// # Errors
     /// That of the first node that cannot be.
@@ -104,9 +103,10 @@ impl<'m, N: Actor<'m> + Send, H: Actor<'m>> Run<'m, N, H> {
         nodes: impl Iterator<Item = Result<N, E>>,
         host: H,
         settings: RunSettings,
-        parallel: bool,
+        threads: usize,
     ) -> Result<Self, E> {
         let settings = Arc::new(settings);
+        let parts = if threads > 1 { threads * PARTS } else { 1 };
         let mut links = 0;
         // Each where it stays: there may be thousands.
         let mut places = Vec::with_capacity(usize::from(mesh.nodes()));
@@ -126,10 +126,7 @@ impl<'m, N: Actor<'m> + Send, H: Actor<'m>> Run<'m, N, H> {
             window: settings.link.least_travel().min(WINDOW_MAX),
             stored: 0,
             trace_max: settings.trace,
-            parallel,
-            journals: (0..if parallel { JOURNALS } else { 2 })
-                .map(|_| Journal::default())
-                .collect(),
+            journals: (0..=parts).map(|_| Journal::default()).collect(),
             journal: Journal::default(),
             nodes: places,
         })
@@ -150,7 +147,7 @@ impl<'m, N: Actor<'m> + Send, H: Actor<'m>> Run<'m, N, H> {
             end = host.now.saturating_add(1);
         }
         let awake = nodes.iter_mut().zip(due.iter()).filter(|(_, due)| **due < end);
-        if self.parallel {
+        if of_nodes.len() > 1 {
             let mut awake: Vec<_> = awake.map(|(place, _)| place).collect();
             let run = awake.len().div_ceil(of_nodes.len()).max(1);
             let runs = awake.par_chunks_mut(run).zip(of_nodes).with_max_len(1);
@@ -256,7 +253,7 @@ impl<'m, N: Actor<'m> + Send, H: Actor<'m>> Run<'m, N, H> {
         let id = |place: NodeId| (place != HOST).then_some(place.0);
         let leaving = nodes.iter().map(|node| &node.links).chain([&host.links]);
         let links = leaving.zip((0..nodes.len() as u16).map(NodeId).chain([HOST]));
-        let mut all = Vec::new();
+        let mut all = Vec::with_capacity(buffers.iter().map(Vec::len).sum());
         for (links, from) in links {
             for (link, port) in links.iter().zip(0..) {
                 let Some(to) = link.to else { continue };

@@ -1,24 +1,13 @@
 use kiloray_core::network::{PacketHeader, Port};
 
-use super::journal::Journal;
-
 /// A packet on a link, or in a router that it passes through.
 #[derive(Debug, Clone)]
-pub(crate) struct Packet {
-    /// As long as the greatest packet.
-    bytes: Box<[u8]>,
-    len: u16,
-}
+pub(crate) struct Packet(Box<[u8]>);
 
 impl Packet {
-    /// Its memory.
-    pub(crate) fn into_bytes(self) -> Box<[u8]> {
-        self.bytes
-    }
-
     /// What the far router receives.
     pub(crate) fn bytes(&self) -> &[u8] {
-        &self.bytes[..usize::from(self.len)]
+        &self.0
     }
 }
 
@@ -50,27 +39,23 @@ impl Packets {
         Self { size, here: Vec::new(), free: Vec::new() }
     }
 
-    /// A packet that `write` writes, to leave this place; `None` if it writes none. Of one that is not its maker's, `write` writes the ticket.
+    /// A packet that `write` writes into `scratch`, to leave this place; `None` if it writes none. Of one that is not its maker's, `write` writes the ticket.
     pub(crate) fn make(
         &mut self,
-        journal: &mut Journal,
+        scratch: &mut Vec<u8>,
         is_maker: impl FnOnce(&PacketHeader) -> bool,
         write: impl FnOnce(&mut [u8]) -> Option<usize>,
     ) -> Option<Packet> {
-        let mut bytes = journal.spare.pop().unwrap_or_else(|| vec![0; self.size].into());
-        let Some(len) = write(&mut bytes) else {
-            journal.keep(bytes);
-            return None;
-        };
-        let (header, payload) =
-            PacketHeader::split(&bytes[..len]).expect("routers send good packets");
+        scratch.resize(self.size, 0);
+        let len = write(scratch)?;
+        let bytes = &scratch[..len];
+        let (header, payload) = PacketHeader::split(bytes).expect("routers send good packets");
         if header.kind != PacketHeader::DATA || is_maker(&header) {
-            return Some(Packet { bytes, len: len as u16 });
+            return Some(Packet(bytes.into()));
         }
         let ticket = payload.try_into().map(u32::from_le_bytes).expect("what passes is a ticket");
         let mut packet = self.take(ticket);
-        packet.bytes[..PacketHeader::BYTES].copy_from_slice(&bytes[..PacketHeader::BYTES]);
-        journal.keep(bytes);
+        packet.0[..PacketHeader::BYTES].copy_from_slice(&bytes[..PacketHeader::BYTES]);
         Some(packet)
     }
 
@@ -106,8 +91,8 @@ impl Packets {
     }
 
     /// It is not needed any more.
-    pub(crate) fn free(&mut self, index: u32, journal: &mut Journal) {
-        journal.keep(self.take(index).bytes);
+    pub(crate) fn free(&mut self, index: u32) {
+        self.take(index);
     }
 
     fn take(&mut self, index: u32) -> Packet {
@@ -124,7 +109,7 @@ mod tests {
 
     #[test]
     fn a_packet_that_passes_keeps_its_payload_and_takes_the_new_header() {
-        let (mut packets, mut journal) = (Packets::new(64), Journal::default());
+        let (mut packets, mut scratch) = (Packets::new(64), Vec::new());
         let header = |priority| PacketHeader { priority, from: 3, ..PacketHeader::zeroed() };
         let write = |header: PacketHeader, payload: Vec<u8>| {
             move |out: &mut [u8]| {
@@ -134,20 +119,20 @@ mod tests {
             }
         };
         let [came, other] = [(5, 30), (6, 10)].map(|(priority, len)| {
-            let made = packets.make(&mut journal, |_| true, write(header(priority), vec![9; len]));
+            let made = packets.make(&mut scratch, |_| true, write(header(priority), vec![9; len]));
             packets.enter(made.unwrap(), Port(7))
         });
         let ticket = packets.ticket(came);
         let (before, ticket) = PacketHeader::split(&ticket).unwrap();
         assert_eq!(before, header(5));
         let passed =
-            packets.make(&mut journal, |_| false, write(header(4), ticket.to_vec())).unwrap();
+            packets.make(&mut scratch, |_| false, write(header(4), ticket.to_vec())).unwrap();
         let (after, payload) = PacketHeader::split(passed.bytes()).unwrap();
         assert_eq!((after, payload), (header(4), &[9; 30][..]));
-        // Its place is free again, and so is what the ticket was written to.
-        assert!(packets.make(&mut journal, |_| true, |_| None).is_none());
+        // Its place is free again.
+        assert!(packets.make(&mut scratch, |_| true, |_| None).is_none());
         assert_eq!(packets.enter(passed, Port(1)), came);
         assert_eq!((packets.get(came).1, packets.get(other).1), (Port(1), Port(7)));
-        assert_eq!((packets.here.len(), journal.spare.len()), (2, 1));
+        assert_eq!(packets.here.len(), 2);
     }
 }

@@ -168,7 +168,7 @@ impl<'m, A: Actor<'m>> Place<'m, A> {
             self.journal.moments.extend(seen.map(|sight| (self.now, Moment::Seen(sight))));
         }
         if received != Received::Buffered || !passes {
-            self.packets.free(packet, &mut self.journal);
+            self.packets.free(packet);
         }
         self.note(1, u64::from(port.0), received as u64);
         match received {
@@ -215,7 +215,8 @@ impl<'m, A: Actor<'m>> Place<'m, A> {
         }
         if link.busy_until <= *now {
             let is_maker = |header: &PacketHeader| header.from() == *here;
-            let packet = packets.make(journal, is_maker, |out| actor.router().transmit(port, out));
+            let packet = packets
+                .make(&mut journal.scratch, is_maker, |out| actor.router().transmit(port, out));
             if let Some(packet) = packet {
                 self.depart(port, packet);
             }
@@ -274,7 +275,6 @@ impl<'m, A: Actor<'m>> Place<'m, A> {
         }
         if fate.lost {
             self.faults.lost += 1;
-            self.journal.keep(packet.into_bytes());
             return;
         }
         let mut arrival = arrival + fate.delay;

@@ -105,7 +105,7 @@ impl Seen {
 }
 
 fn run(shape: &str, nodes: u32, depth: u16, letters: &[Letter], settings: RunSettings) -> Seen {
-    run_with_work(shape, nodes, depth, letters, settings, 0, false)
+    run_with_work(shape, nodes, depth, letters, settings, 0, 1)
 }
 
 fn run_with_work(
@@ -115,7 +115,7 @@ fn run_with_work(
     letters: &[Letter],
     settings: RunSettings,
     work: u64,
-    parallel: bool,
+    threads: usize,
 ) -> Seen {
     let mesh = Mesh::new(Topology::parse(shape, nodes).expect("a shape that exists"));
     let places = || (0..mesh.nodes()).map(NodeId).chain([HOST]);
@@ -140,7 +140,7 @@ fn run_with_work(
         .collect();
     let host = toys.pop().expect("the host is the last");
     let toys = toys.into_iter().map(Ok::<_, Infallible>);
-    let Ok(mut run) = Run::new(&mesh, toys, host, settings, parallel);
+    let Ok(mut run) = Run::new(&mesh, toys, host, settings, threads);
     while run.advance() {
         assert!(run.events < 1_000_000, "it does not come to an end");
     }
@@ -189,7 +189,7 @@ fn a_single_transfer_takes_what_was_worked_out() {
 #[test]
 fn work_delays_what_it_makes() {
     let letters = [letter(500, 0, 1, 100)];
-    let seen = run_with_work("line", 2, 2, &letters, settings(), 77, false);
+    let seen = run_with_work("line", 2, 2, &letters, settings(), 77, 1);
     assert_eq!(seen.arrived[1][0].0, 500 + 77 + 1000 + 124);
     assert_eq!((seen.times[0].messages, seen.times[0].busy()), (77, 77));
     assert!(seen.times.iter().all(|time| time.busy() + time.idle() == seen.end));
@@ -304,8 +304,8 @@ proptest! {
         if !cut_through {
             settings.link.switching = Switching::StoreAndForward;
         }
-        let run = |parallel| run_with_work(shape, nodes, depth, &letters, settings.clone(), work, parallel);
-        let seen = run(false);
+        let run = |threads| run_with_work(shape, nodes, depth, &letters, settings.clone(), work, threads);
+        let seen = run(1);
         prop_assert_eq!((seen.all(), seen.left), (letters.len(), 0));
         let mut ids: Vec<u32> = seen.arrived.iter().flatten().map(|a| a.2).collect();
         ids.sort_unstable();
@@ -313,8 +313,8 @@ proptest! {
         for (place, time) in seen.times.iter().enumerate() {
             prop_assert_eq!(time.busy() + time.idle(), seen.end, "{}", place);
         }
-        prop_assert_eq!(&seen, &run(false));
-        prop_assert_eq!(&seen, &run(true));
+        prop_assert_eq!(&seen, &run(1));
+        prop_assert_eq!(&seen, &run(3));
     }
 
     #[test]
@@ -329,14 +329,14 @@ proptest! {
         settings.faults.loss = Rate { count: 1, of: 20 };
         settings.faults.duplicate = Rate { count: 1, of: 20 };
         settings.faults.jitter = jitter;
-        let run = |parallel| run_with_work(shape, nodes, depth, &letters, settings.clone(), 300, parallel);
-        let seen = run(false);
+        let run = |threads| run_with_work(shape, nodes, depth, &letters, settings.clone(), 300, threads);
+        let seen = run(1);
         let mut ids: Vec<u32> = seen.arrived.iter().flatten().map(|a| a.2).collect();
         let all = ids.len();
         ids.sort_unstable();
         ids.dedup();
         prop_assert_eq!((ids.len(), seen.left), (all, 0));
-        prop_assert_eq!(&seen, &run(false));
-        prop_assert_eq!(&seen, &run(true));
+        prop_assert_eq!(&seen, &run(1));
+        prop_assert_eq!(&seen, &run(3));
     }
 }

@@ -19,11 +19,11 @@ mod layout;
 mod leases;
 mod ledger;
 mod outbox;
-mod room;
+mod scratch;
 
 #[cfg(test)]
 mod tests;
 
 pub use layout::{MeshLayout, MeshOptions};
 pub use ledger::{Ledger, LedgerCounts};
-pub use room::ThreadRoom;
+pub use scratch::ThreadScratch;
