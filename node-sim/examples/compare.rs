@@ -1,7 +1,7 @@
 //! Renders a built-in scene on a simulated mesh and on one core of this machine, one after the other, and
 //! prints whether the pictures are the same, what each took, and where the mesh's time went.
 //!
-//! With `PAIRS=n` it does both n times in turns, and prints the ratio of their processor times; with `ONLY=mesh` or `ONLY=plain` one of
+//! With `PAIRS=n` it does both n times in turns, and prints the ratio of their times and of their processor times; with `ONLY=mesh` or `ONLY=plain` one of
 //! the two, `REPEAT` times. `GROUP`, `SHADOW`, `POINTS`, `BW`, `PACKET`, `TOP` and `TILE` set options of the mesh, `THREADS` those of this machine. What a node took of this machine
 //! beside its arena is printed where that can be known.
 //!
@@ -77,18 +77,26 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         return Ok(());
     }
     if let Ok(pairs) = std::env::var("PAIRS") {
-        let mut all = [0.0, 0.0];
+        let mut all = [0.0; 4];
         for _ in 0..pairs.parse()? {
-            let begin = cpu_time::ProcessTime::now();
+            let clocks = || (cpu_time::ProcessTime::now(), Instant::now());
+            let past = |(processor, wall): (cpu_time::ProcessTime, Instant)| {
+                (processor.elapsed().as_secs_f64(), wall.elapsed().as_secs_f64())
+            };
+            let begin = clocks();
             simulated(&file, &options)?;
-            let mesh = begin.elapsed().as_secs_f64();
-            let begin = cpu_time::ProcessTime::now();
+            let mesh = past(begin);
+            let begin = clocks();
             rendered(&file, &options)?;
-            let plain = begin.elapsed().as_secs_f64();
-            println!("processor: mesh {mesh:.3} s, plain {plain:.3} s, ratio {:.3}", mesh / plain);
-            all = [all[0] + mesh, all[1] + plain];
+            let plain = past(begin);
+            println!("mesh {:.3} s, {:.3} of processors", mesh.1, mesh.0);
+            println!("plain {:.3} s, {:.3} of processors", plain.1, plain.0);
+            let took = [mesh.0, plain.0, mesh.1, plain.1];
+            all.iter_mut().zip(took).for_each(|(all, took)| *all += took);
         }
-        println!("ratio of all {:.3}", all[0] / all[1]);
+        let [mesh_processors, plain_processors, mesh, plain] = all;
+        println!("ratio of times {:.3}", mesh / plain);
+        println!("ratio of processors' times {:.3}", mesh_processors / plain_processors);
         return Ok(());
     }
     // What is there once, whatever the number of nodes, is there before.
