@@ -2,7 +2,7 @@
 //! prints whether the pictures are the same, what each took, and where the mesh's time went.
 //!
 //! With `PAIRS=n` it does both n times in turns, and prints the ratio of their times and of their processor times; with `ONLY=mesh` or `ONLY=plain` one of
-//! the two, `REPEAT` times. `GROUP`, `SHADOW`, `POINTS`, `BW`, `PACKET`, `TOP` and `TILE` set options of the mesh, `THREADS` those of this machine. What a node took of this machine
+//! the two, `REPEAT` times. `GROUP`, `SHADOW`, `POINTS`, `BW`, `PACKET`, `TOP`, `TILE` and `SEED` set options of the mesh, `THREADS` those of this machine. What a node took of this machine
 //! beside its arena is printed where that can be known.
 //!
 //! `cargo run --release -p kiloray-sim --example compare -- SCENE TOPOLOGY NODES MEMORY_KIB SIDE [SCHEDULE [BLOCK_KIB [SAMPLES]]]`
@@ -55,6 +55,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     }
     if std::env::var("POINTS").is_ok_and(|home| home == "owner") {
         options.mesh.points = PointHome::Owner;
+    }
+    if let Ok(p) = std::env::var("SEED") {
+        options.mesh.settings.seed = p.parse()?;
     }
     options.mesh.memory = memory << 10;
     options.mesh.schedule = match text(5, "hybrid").as_str() {

@@ -49,31 +49,43 @@ impl Tiling {
         self.len() == 0
     }
 
-    /// Tile `index`: row by row, every second row from right to left, so that a tile lies beside the one before
-    /// it and finds its blocks in the cache.
+    /// Tiles that follow one another in the [random order](Self::shuffled): a square of two by two.
+    pub const RUN: u32 = 4;
+
+    /// Tile `index`: by bands of two rows, each column down or up, every second band from right to left, so that a tile lies beside
+    /// the one before it, and finds its blocks in the cache.
     #[must_use]
     pub fn tile(&self, index: u32) -> Option<Tile> {
         if index >= self.len() {
             return None;
         }
-        let row = index.checked_div(self.columns)?;
-        let column = index.checked_rem(self.columns)?;
-        let column = if row.is_multiple_of(2) {
-            column
-        } else {
-            self.columns.wrapping_sub(1).wrapping_sub(column)
-        };
+        let band = self.columns.saturating_mul(2);
+        let (above, at) = (index.checked_div(band)?.wrapping_mul(2), index.checked_rem(band)?);
+        let is_whole = above.wrapping_add(1) < self.rows;
+        let (column, below) = if is_whole { (at / 2, at.div_ceil(2) & 1) } else { (at, 0) };
+        let is_forth = above.is_multiple_of(4);
+        let column =
+            if is_forth { column } else { self.columns.wrapping_sub(1).wrapping_sub(column) };
+        let row = above.wrapping_add(below);
         let (x, y) = (column.wrapping_mul(self.side), row.wrapping_mul(self.side));
         let width = self.width.saturating_sub(x).min(self.side);
         let height = self.height.saturating_sub(y).min(self.side);
         Some(Tile { x, y, width, height })
     }
 
-    /// The tile at a place of a seeded random order: neighbours in the picture go to different nodes, at different times
-    /// (dissertation 4.3). Anyone can compute it; O(1) on average, and no table.
+    /// The tile at a place of a seeded random order, so that parts of the picture go to nodes all over the mesh, at different times
+    /// (dissertation 4.3): of runs of [`RUN`](Self::RUN) tiles at first, so that who takes one finds the blocks of one tile in the cache for the
+    /// next, and of tiles at the end, so that dear neighbours do not come last together. Anyone can compute it; O(1) on average, and no table.
     #[must_use]
     pub fn shuffled(&self, place: u32, seed: u64) -> Option<Tile> {
-        self.tile(shuffled(place, self.len(), seed)?)
+        let (len, runs) = (self.len(), self.len() / Self::RUN);
+        let single = (runs - runs / 4) * Self::RUN;
+        let place = match place.checked_sub(single) {
+            Some(place) => single + shuffled(place, len - single, !seed)?,
+            None => place,
+        };
+        let run = shuffled(place / Self::RUN, runs, seed);
+        self.tile(run.map_or(place, |run| run * Self::RUN + place % Self::RUN))
     }
 }
 
@@ -191,11 +203,26 @@ mod tests {
 
     #[test]
     fn neighbours_in_order_are_neighbours_in_the_picture() {
-        let tiling = Tiling::new(50, 30, 8);
-        let tiles: Vec<_> = (0..tiling.len()).map(|i| tiling.tile(i).unwrap()).collect();
-        for pair in tiles.windows(2) {
-            assert_eq!(pair[0].x.abs_diff(pair[1].x) + pair[0].y.abs_diff(pair[1].y), 8);
+        for (height, rows) in [(30, 4), (40, 5), (8, 1)] {
+            let tiling = Tiling::new(50, height, 8);
+            let tiles: Vec<_> = (0..tiling.len()).map(|i| tiling.tile(i).unwrap()).collect();
+            assert_eq!(tiles.len(), 7 * rows);
+            for (pair, index) in tiles.windows(2).zip(1..) {
+                let apart = pair[0].x.abs_diff(pair[1].x) + pair[0].y.abs_diff(pair[1].y);
+                assert!(apart == 8 || apart == 16 && index % 14 == 0, "{index} of {height}");
+            }
         }
+    }
+
+    #[test]
+    fn a_random_order_is_of_squares_and_of_single_tiles_at_the_end() {
+        let tiling = Tiling::new(64, 48, 8);
+        let tiles: Vec<_> = (0..48).map(|place| tiling.shuffled(place, 3).unwrap()).collect();
+        let is_square = |run: &[Tile]| {
+            run.iter().all(|tile| (tile.x / 16, tile.y / 16) == (run[0].x / 16, run[0].y / 16))
+        };
+        let squares: Vec<_> = tiles.chunks(Tiling::RUN as usize).map(is_square).collect();
+        assert_eq!(squares, [[true; 9].as_slice(), &[false; 3]].concat());
     }
 
     #[test]

@@ -1,19 +1,26 @@
 use super::delay::Delay;
 use kiloray_core::network::NodeId;
 use kiloray_core::node::Time;
+use kiloray_core::render::Tiling;
 use std::collections::{BTreeMap, BTreeSet};
+use std::ops::Range;
 
 /// Who renders which tiles, by their places in the order of work.
 ///
-/// Fresh places go out in runs that shrink as work does: an asker gets at most what is left by twice the number of askers (factoring:
-/// Hummel, Schonberg & Flynn 1992; guided self-scheduling, Polychronopoulos & Kuck 1987, takes the whole of it). When none
-/// is left, those that are out for longer than tiles take are given to others as well (backup tasks: Dean & Ghemawat 2004,
+/// Fresh places go out in grants that shrink as work does: an asker gets at most what is left by twice the number of askers (factoring:
+/// Hummel, Schonberg & Flynn 1992; guided self-scheduling, Polychronopoulos & Kuck 1987, takes the whole of it). Whoever is given
+/// a part of a [run](Tiling::RUN) is given the rest of it when it asks again, unless all runs have been begun by then: who has none goes on with
+/// half of the longest rest (affinity scheduling: Markatos & LeBlanc 1994). When none is left, those that are out for longer than tiles take are given to others as well (backup tasks: Dean & Ghemawat 2004,
 /// section 3.6), oldest first, each time after twice as long.
 #[derive(Debug)]
 pub(super) struct Leases {
     tiles: Vec<Lease>,
-    /// The first place that was never given.
+    /// The first place of which the run was not begun.
     next: u32,
+    /// What is left of the runs that were begun, by who goes on with it.
+    rests: BTreeMap<NodeId, Range<u32>>,
+    /// Places that were never given, and are not complete.
+    fresh: u32,
     incomplete: u32,
     /// Places that are out, by the time they were last given.
     out: BTreeSet<(Time, u32)>,
@@ -68,6 +75,8 @@ impl Leases {
         Self {
             tiles: vec![Lease::default(); tiles as usize],
             next: 0,
+            rests: BTreeMap::new(),
+            fresh: tiles,
             incomplete: tiles,
             out: BTreeSet::new(),
             askers: BTreeMap::new(),
@@ -99,7 +108,7 @@ impl Leases {
         let count = count.max(1);
         let _ = self.askers.entry(from).or_insert(Asker { number, first: 0, count: 0 });
         let (first, count) =
-            self.fresh(count).or_else(|| self.overdue(now, from, count)).unwrap_or_default();
+            self.fresh(from, count).or_else(|| self.overdue(now, from, count)).unwrap_or_default();
         for place in first..first + count {
             self.give(now, place, from);
         }
@@ -115,6 +124,7 @@ impl Leases {
         let Some(lease) = self.tiles.get_mut(place as usize).filter(|l| !l.is_complete) else {
             return;
         };
+        self.fresh -= u32::from(lease.times == 0);
         // One that was given twice does not tell which of them was quick (Karn & Partridge 1987).
         if lease.times == 1 {
             self.delay.note(Time(now.0.saturating_sub(lease.since.0)));
@@ -133,28 +143,55 @@ impl Leases {
     }
 
     /// An asker's part of so many places.
-    fn share(&self, places: usize, wanted: u32) -> u32 {
-        let askers = self.askers.len().max(self.askers_min as usize);
-        ((places / (2 * askers)) as u32).clamp(1, wanted)
+    fn share(&self, places: u32, wanted: u32) -> u32 {
+        let askers = (self.askers.len() as u32).max(self.askers_min);
+        (places / (2 * askers)).clamp(1, wanted)
     }
 
-    /// The next run of places that were never given.
-    fn fresh(&mut self, wanted: u32) -> Option<(u32, u32)> {
-        let is_open = |lease: &Lease| !lease.is_complete;
-        // Complete and never given: somebody had it from a ledger before this one.
-        let first = self.next + self.tiles[self.next as usize..].iter().position(is_open)? as u32;
-        let rest = &self.tiles[first as usize..];
-        let share = self.share(rest.len(), wanted);
-        let count = rest.iter().take(share as usize).take_while(|l| is_open(l)).count() as u32;
-        self.next = first + count;
-        Some((first, count))
+    /// The next places that were never given.
+    fn fresh(&mut self, from: NodeId, wanted: u32) -> Option<(u32, u32)> {
+        let share = self.share(self.fresh, wanted);
+        loop {
+            let rest = self.rests.remove(&from);
+            let places = rest.or_else(|| self.begin(share)).or_else(|| self.half())?;
+            // Complete and never given: somebody had it from a ledger before this one.
+            let is_open = |place: &u32| !self.tiles[*place as usize].is_complete;
+            let Some(first) = places.clone().find(is_open) else { continue };
+            let count = (first..places.end).take(share as usize).take_while(is_open).count() as u32;
+            if first + count < places.end {
+                let _ = self.rests.insert(from, first + count..places.end);
+            }
+            return Some((first, count));
+        }
+    }
+
+    /// As many whole runs as hold so many places.
+    fn begin(&mut self, places: u32) -> Option<Range<u32>> {
+        let len = self.tiles.len() as u32;
+        let first = self.next;
+        let end = first.saturating_add(places).checked_next_multiple_of(Tiling::RUN);
+        self.next = end.map_or(len, |end| end.min(len));
+        (first < len).then_some(first..self.next)
+    }
+
+    /// The later half of the longest rest.
+    fn half(&mut self) -> Option<Range<u32>> {
+        let longest = self.rests.iter().max_by_key(|(_, rest)| rest.len())?;
+        let (holder, rest) = (*longest.0, longest.1.clone());
+        let middle = rest.start + rest.len() as u32 / 2;
+        if rest.start < middle {
+            let _ = self.rests.insert(holder, rest.start..middle);
+        } else {
+            let _ = self.rests.remove(&holder);
+        }
+        Some(middle..rest.end)
     }
 
     /// The run of overdue places with the oldest that this asker may have.
     fn overdue(&self, now: Time, from: NodeId, wanted: u32) -> Option<(u32, u32)> {
         let is_due = |place: u32| self.due(place, from).is_some_and(|due| due <= now);
         let first = self.out.iter().map(|&(_, place)| place).find(|&place| is_due(place))?;
-        let share = self.share(self.out.len(), wanted);
+        let share = self.share(self.out.len() as u32, wanted);
         let count = (first..first + share).take_while(|&place| is_due(place)).count() as u32;
         Some((first, count))
     }
@@ -171,6 +208,7 @@ impl Leases {
         let Some(lease) = self.tiles.get_mut(place as usize) else { return };
         if lease.times == 0 {
             self.counts.given += 1;
+            self.fresh -= 1;
         } else {
             self.counts.given_again += 1;
             let _ = self.out.remove(&(lease.since, place));

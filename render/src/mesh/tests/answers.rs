@@ -45,18 +45,32 @@ fn send(
 }
 
 #[test]
-fn runs_shrink_as_work_does() {
+fn grants_shrink_as_work_does() {
     let mut ledger = ledger();
     // 16 places for two askers: a quarter.
     assert_eq!(ask(&mut ledger, 0, A, 0, 100), (0, 4, 0));
     assert_eq!(ask(&mut ledger, 0, B, 0, 100), (4, 3, 0));
-    assert_eq!(ask(&mut ledger, 0, B, 1, 2), (7, 2, 0));
-    assert_eq!(ask(&mut ledger, 0, A, 1, 1), (9, 1, 0));
-    assert_eq!(ask(&mut ledger, 0, A, 2, 0), (10, 1, 0));
+    assert_eq!(ask(&mut ledger, 0, B, 1, 2), (7, 1, 0));
+    assert_eq!(ask(&mut ledger, 0, B, 2, 2), (8, 2, 0));
+    assert_eq!(ask(&mut ledger, 0, A, 1, 0), (12, 1, 0));
     // A third asker counts as well.
     let all: Vec<_> = (0..6).map(|n| ask(&mut ledger, 0, NodeId(3), n, 9)).collect();
-    assert_eq!(all[..5], [11, 12, 13, 14, 15].map(|first| (first, 1, 0)));
+    assert!(all[..5].iter().all(|grant| grant.1 == 1));
     assert_eq!((all[5].1, ledger.counts().given), (0, 16));
+}
+
+#[test]
+fn who_begins_a_run_goes_on_with_it_until_others_have_nothing_to_do() {
+    let mut ledger = ledger();
+    let mut first = |node, number| ask(&mut ledger, 0, node, number, 1).0;
+    assert_eq!([first(A, 0), first(B, 0), first(A, 1), first(B, 1)], [0, 4, 1, 5]);
+    let third = NodeId(3);
+    assert_eq!([0, 1, 2, 3].map(|number| first(third, number)), [8, 9, 10, 11]);
+    assert_eq!([4, 5, 6, 7].map(|number| first(third, number)), [12, 13, 14, 15]);
+    // Half of what B has before it, as of two equally long rests the later; then half of that of A; and so on.
+    assert_eq!([8, 9, 10].map(|number| first(third, number)), [7, 3, 6]);
+    assert_eq!(first(A, 2), 2);
+    assert_eq!((ask(&mut ledger, 0, B, 2, 1).1, ledger.counts().given), (0, 16));
 }
 
 #[test]
@@ -75,7 +89,7 @@ fn an_ask_that_comes_again_has_the_same_answer() {
     }
     // Nothing is left of it: it is a new one.
     assert_eq!(ask(&mut ledger, 3 * MS, A, 0, 4), (4, 3, 0));
-    assert_eq!(ask(&mut ledger, 3 * MS, A, 1, 4), (7, 2, 0));
+    assert_eq!(ask(&mut ledger, 3 * MS, A, 1, 4), (7, 1, 0));
     assert_eq!((ledger.counts().repeated, ledger.counts().given_again), (2, 0));
 }
 
@@ -229,10 +243,11 @@ fn when_all_is_there_nobody_needs_to_ask_again() {
 #[test]
 fn who_finds_no_tile_is_told_who_has_some() {
     let mut ledger = ledger();
-    // A has one tile in four, the others are B's.
-    for tile in 0..16 {
-        let asker = if tile % 4 == 0 { A } else { B };
-        assert_eq!(ask(&mut ledger, 0, asker, tile, 1).0, tile);
+    // A asks for one tile in four, and has the first run; the others are B's.
+    for number in 0..16 {
+        let asker = if number % 4 == 0 { A } else { B };
+        let (tile, count, _) = ask(&mut ledger, 0, asker, number, 1);
+        assert_eq!((tile < 4, count), (asker == A, 1));
     }
     let named: Vec<_> = (0..16).map(|n| ask(&mut ledger, 1, NodeId(3), n, 1).0).collect();
     let times = |node: NodeId| named.iter().filter(|&&n| n == u32::from(node.0)).count();
@@ -240,7 +255,7 @@ fn who_finds_no_tile_is_told_who_has_some() {
     // Nobody is sent to itself.
     assert_eq!(ask(&mut ledger, 2, A, 13, 1).0, u32::from(B.0));
     assert_eq!(ask(&mut ledger, 2, B, 16, 1).0, u32::from(A.0));
-    for tile in (0..16).filter(|tile| tile % 4 != 0) {
+    for tile in 4..16 {
         assert!(send(&mut ledger, 3, (tile, 0), 16, 9));
     }
     assert_eq!(ask(&mut ledger, 4, NodeId(3), 16, 1).0, u32::from(A.0));
