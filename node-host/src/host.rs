@@ -133,8 +133,13 @@ pub fn run_host(
         if !is_supervised && begin.elapsed() > START_LIMIT {
             let at = config.addresses.get(usize::from(node.id().0)).map_or("", String::as_str);
             let limit = START_LIMIT.as_secs();
+            let or = if at.starts_with("tls/") {
+                ", or its certificate is of another authority"
+            } else {
+                ""
+            };
             let cause =
-                format!("is not there after {limit} s: nobody of this mesh answers at {at}");
+                format!("is not there after {limit} s: nobody of this mesh answers at {at}{or}");
             return Err(Error::Node { node, cause });
         }
         network.wait_for_news(LOOK);

@@ -66,8 +66,7 @@ pub(crate) enum Command {
         mut_arg("memory", |arg| arg.help(text::NODE_MEMORY)),
         mut_arg("nodes", |arg| arg.help(text::HOST_NODES)),
         mut_arg("topology", |arg| arg.help(text::HOST_TOPOLOGY)),
-        mut_arg("threads", |arg| arg.hide(true)),
-        mut_arg("report", |arg| arg.hide(true))
+        mut_arg("threads", |arg| arg.hide(true))
     )]
     Host(Box<Host>),
     /// Be one node of a mesh of processes

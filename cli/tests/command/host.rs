@@ -37,8 +37,46 @@ fn processes_give_the_bits_of_one_node() {
 }
 
 #[test]
+fn sixty_four_processes_give_the_bits_of_one_node_and_leave_nothing() {
+    let folder = Folder::new();
+    let picture = "cornell --width 16 --height 16 --samples 1";
+    let expected = folder.counted(&format!("render {picture}"))["image_hash"].clone();
+    let mut command = folder.command();
+    let line = format!("host {picture} --nodes 64 --json run.json -o cornell.png");
+    command.args(line.split(' ')).stderr(Stdio::piped()).env("TMPDIR", folder.path());
+    let host = command.spawn().expect("it starts");
+    let nodes = nodes_of(&host, 64);
+    let output = host.wait_with_output().expect("it ends");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    until(|| nodes.iter().all(|node| is_gone(*node)));
+    assert_eq!(folder.names(), ["cornell.png", "run.json"]);
+    let run = fs::read_to_string(folder.path().join("run.json")).expect("it is written");
+    let run: serde_json::Value = serde_json::from_str(&run).expect("it is JSON");
+    assert_eq!((&run["image_hash"], &run["nodes"]), (&expected, &64.into()));
+}
+
+#[test]
+fn a_report_has_a_page_and_the_time_of_all_nodes_is_told() {
+    let folder = Folder::new();
+    let run = folder.counted(&format!("host {SMALL} --nodes 2 --report report"));
+    let part = |name: &str| run["lost"][name].as_f64().expect(name);
+    let lost: f64 =
+        ["data", "answers", "credit", "imbalance", "messages", "absent"].map(part).iter().sum();
+    assert!((0.0..1.0).contains(&lost), "{lost}");
+    assert_eq!(run["tiles"]["given_again"], 0);
+    assert_eq!(run["memory"]["lines"][0]["line"].as_str(), Some("intersection points"));
+    let page = fs::read_to_string(folder.path().join("report/index.html")).expect("it is there");
+    for words in ["Where the time of the nodes went", "glass on 2 processes", "data:image/png"] {
+        assert!(page.contains(words), "{words}");
+    }
+    assert!(folder.path().join("report/picture.png").exists());
+    assert!(folder.path().join("report/report.json").exists());
+}
+
+#[test]
 fn what_cannot_be_is_said_in_one_line() {
     let folder = Folder::new();
+    folder.run("host cornell --nodes 2 --threads 2").refused(2, &["--threads", "--nodes"]);
     folder
         .run("host cornell --nodes 7 --topology torus:2x4")
         .refused(2, &["--topology", "7 nodes"]);

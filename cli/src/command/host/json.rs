@@ -1,3 +1,5 @@
+use kiloray_host::LineReport;
+use kiloray_sim::TileReport;
 use serde_json::{Value, json};
 
 use super::{Run, total};
@@ -72,7 +74,7 @@ impl Run<'_> {
                 "limit": options.memory,
                 "peak": fullest.map(|node| node.peak_bytes),
                 "peak_node": fullest.map(|node| node.node),
-                "lines": fullest.map(|node| &node.lines),
+                "lines": self.lines_json(),
                 "processes": {
                     "peak": self.greatest().map(|(_, peak)| peak),
                     "budget": self.greatest().map(|(process, _)| process.budget_bytes),
@@ -95,15 +97,37 @@ impl Run<'_> {
                 "fetches": counts.fetches_again,
                 "tiles": counts.tiles_again,
             },
+            "tiles": TileReport::from(outcome.ledger),
             "refusals": counts.refused,
             "run_at_home": counts.run_at_home,
             "overflows": outcome.overflows,
-            "lost": {},
-            "faults": { "replaced": outcome.replacements },
+            "lost": self
+                .lost()
+                .into_iter()
+                .map(|lost| (lost.name.to_owned(), json!(lost.part)))
+                .collect::<serde_json::Map<_, _>>(),
+            "faults": {
+                "replaced": outcome.replacements,
+                // What they did is in no count of nodes: `rays`, `messages`, `cache` and so on.
+                "uncounted_processes": outcome.replacements.len(),
+            },
             "per_node": nodes,
             "host": outcome.host,
             "notes": self.scene.notes,
         })
+    }
+
+    fn lines_json(&self) -> Vec<Value> {
+        let line = |line: &LineReport| {
+            json!({
+                "line": line.name,
+                "capacity": line.capacity,
+                "bytes": line.bytes,
+                "peak": line.peak,
+                "peak_bytes": line.peak_bytes,
+            })
+        };
+        self.lines().into_iter().map(line).collect()
     }
 
     fn options_json(&self) -> Value {

@@ -1,6 +1,7 @@
 //! `kiloray host`: a picture from a mesh of processes on this machine.
 
 mod json;
+mod page;
 mod prepare;
 
 use std::{
@@ -10,12 +11,16 @@ use std::{
 
 use kiloray_core::node::Counts;
 use kiloray_host::{
-    Control, NodeReport, Outcome as Hosted, ProcessMemory, Status, Supervisor, run_host,
+    Control, LineReport, NodeReport, Outcome as Hosted, ProcessMemory, Spent, Status, Supervisor,
+    run_host,
 };
 use kiloray_render::MeshOptions;
 use prepare::{Prepared, prepare};
 
-use super::node::refused;
+use super::{
+    html::{self, Shown},
+    node::refused,
+};
 use crate::{
     args::{self, Common, Division},
     console::{bytes, count, duration, line},
@@ -29,6 +34,18 @@ use crate::{
 
 /// How long nodes may take to end by themselves when it is over.
 const END_LIMIT: Duration = Duration::from_millis(500);
+
+/// What nobody can tell.
+const UNCOUNTED: &str = "what the processes did that were replaced is not counted";
+
+/// A part of all nodes' time that was not work.
+struct Lost {
+    /// Its name in the JSON.
+    name: &'static str,
+    /// In words.
+    words: &'static str,
+    part: f64,
+}
 
 /// A run, and all that is told of it.
 struct Run<'a> {
@@ -65,6 +82,7 @@ pub(super) fn run(host: &args::Host) -> Outcome {
     // Whether all can be written shows before the work.
     let output = Output::create(&path)?;
     let json_out = common.json.as_deref().map(Output::create).transpose()?;
+    let files = common.report.as_deref().map(html::Files::create).transpose()?;
     scene.print_notes(quiet);
 
     let start = |folder| {
@@ -119,6 +137,11 @@ pub(super) fn run(host: &args::Host) -> Outcome {
     if let Some(output) = json_out {
         output.write(format!("{:#}\n", run.as_json()).as_bytes())?;
     }
+    if let Some(files) = files {
+        let shown = Shown::new(&outcome.picture, common.exposure)?;
+        let json = format!("{:#}\n", run.as_json());
+        files.write(&page::page(&run, &shown), &json, &shown.png)?;
+    }
     let to_standard =
         [Some(path.as_path()), common.json.as_deref()].contains(&Some(Path::new("-")));
     if !quiet && !to_standard {
@@ -156,14 +179,7 @@ impl Run<'_> {
             options.settings.samples,
             if outcome.complete { "" } else { "; INCOMPLETE" },
         ))?;
-        let nodes = options.topology.nodes();
-        line(format_args!(
-            "mesh       {nodes} {} of {}, {}, schedule {}",
-            if nodes == 1 { "process" } else { "processes" },
-            bytes(options.memory as u64),
-            self.division.topology_name(&options.topology),
-            format!("{:?}", options.schedule).to_lowercase(),
-        ))?;
+        line(format_args!("mesh       {}", self.mesh()))?;
         line(format_args!(
             "time       {}, and {} until all nodes were there",
             duration(outcome.render.as_nanos() as u64),
@@ -196,10 +212,59 @@ impl Run<'_> {
         match outcome.replacements.len() {
             0 => Ok(()),
             replaced => line(format_args!(
-                "faults     {replaced} nodes replaced, {} requests made again",
-                count(self.retries())
+                "faults     {replaced} nodes replaced, {} requests made again, {} tiles given to others; {UNCOUNTED}",
+                count(self.retries()),
+                count(outcome.ledger.given_again),
             )),
         }
+    }
+
+    /// The mesh, in a line.
+    fn mesh(&self) -> String {
+        let options = self.options;
+        let nodes = options.topology.nodes();
+        format!(
+            "{nodes} {} of {}, {}, schedule {}",
+            if nodes == 1 { "process" } else { "processes" },
+            bytes(options.memory as u64),
+            self.division.topology_name(&options.topology),
+            format!("{:?}", options.schedule).to_lowercase(),
+        )
+    }
+
+    /// The part of all nodes' time from the first to the last pixel that nodes were at work.
+    fn busy(&self) -> f64 {
+        self.part(|time| time.busy_ns)
+    }
+
+    /// What the rest of it went to.
+    fn lost(&self) -> Vec<Lost> {
+        let mut lost = vec![
+            ("data", "waiting for blocks", self.part(|time| time.idle_data_ns)),
+            ("answers", "waiting for answers to rays", self.part(|time| time.idle_answers_ns)),
+            ("credit", "waiting for room to send", self.part(|time| time.idle_credit_ns)),
+            ("imbalance", "no work left to ask for", self.part(|time| time.idle_work_ns)),
+            ("messages", "taking packets from the network", self.part(|time| time.network_ns)),
+        ];
+        let known: f64 = self.busy() + lost.iter().map(|(.., part)| part).sum::<f64>();
+        lost.push(("absent", "processes that ended, and starts of others", (1.0 - known).max(0.0)));
+        lost.into_iter().map(|(name, words, part)| Lost { name, words, part }).collect()
+    }
+
+    fn part(&self, of: impl Fn(&Spent) -> u64) -> f64 {
+        let nodes = f64::from(self.options.topology.nodes());
+        let all = nodes * self.outcome.render.as_secs_f64() * 1e9;
+        total(self.outcome.nodes.iter().map(|node| of(&node.time))) as f64 / all.max(1.0)
+    }
+
+    /// The lines of a node's memory, each of the node that had most in it.
+    fn lines(&self) -> Vec<&LineReport> {
+        let Some(first) = self.outcome.nodes.first() else { return Vec::new() };
+        let all = || self.outcome.nodes.iter().flat_map(|node| &node.lines);
+        let most = |line: &LineReport| {
+            all().filter(|other| other.name == line.name).max_by_key(|other| other.peak_bytes)
+        };
+        first.lines.iter().filter_map(most).filter(|line| line.bytes > 0).collect()
     }
 
     fn fullest(&self) -> Option<&NodeReport> {

@@ -32,6 +32,9 @@ pub(super) struct Prepared {
 
 /// Finds it.
 pub(super) fn prepare(host: &args::Host) -> Outcome<Prepared> {
+    if host.common.threads.is_some() {
+        return Err(Failure::usage("--threads: a node is one process; --nodes says how many"));
+    }
     let prepared = match &host.config {
         Some(path) => of_config(host, path)?,
         None => of_options(host)?,

@@ -21,6 +21,7 @@ use self::{cut::Cut, lost::bounds};
 pub(super) use self::{
     lost::Baseline,
     options::{baseline, on, options, refused},
+    page::words,
     run::{Done, measured},
 };
 use super::{division, engine, html};

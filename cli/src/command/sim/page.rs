@@ -174,7 +174,8 @@ fn messages(page: &mut Page, run: &Run<'_>) {
     ));
 }
 
-fn words(kind: &str) -> &str {
+/// A kind of message.
+pub(in crate::command) fn words(kind: &str) -> &str {
     match kind {
         "fetch" => "requests for blocks",
         "part" => "pieces of blocks",
