@@ -83,7 +83,14 @@ pub(crate) fn load(
         Source::Builtin(name) => name.replace(':', "-"),
         Source::Compiled(path) | Source::File(path) => stem(path),
     };
-    let notes = model.notes.iter().map(ToString::to_string).collect();
+    let mut notes: Vec<_> = model.notes.iter().map(ToString::to_string).collect();
+    if stats.dropped > 0 {
+        notes.push(format!(
+            "a surface that is too small beside the whole scene for 32 bits: left out ({} {})",
+            stats.dropped,
+            if stats.dropped == 1 { "time" } else { "times" },
+        ));
+    }
     let file = KiloFile::from_compiled(compiled);
     Ok(Scene { name, file, stats: Some(stats), summary: Some(summary), notes })
 }

@@ -1,6 +1,7 @@
 use std::{fmt, path::PathBuf, str::FromStr};
 
 use clap::{Args, ValueEnum, ValueHint};
+use kiloray_core::shade::Settings;
 use serde::Serialize;
 
 use super::size::parse_bytes;
@@ -31,9 +32,9 @@ pub(crate) struct Common {
     /// Camera paths for each pixel
     #[arg(long, value_name = "N", default_value_t = 16, value_parser = samples, allow_hyphen_values = true, help_heading = "Light")]
     pub(crate) samples: u32,
-    /// Shadow rays for each light and point, at a distance of 4 times the light's side; more where it is nearer [default: as many as its size and
-    /// distance ask for]
-    #[arg(long, value_name = "N", value_parser = samples, allow_hyphen_values = true, help_heading = "Light")]
+    /// Shadow rays for each light and point, at a distance of 4 times the light's side; more where it is nearer, up to 4096, always a power of two
+    /// [default: as many as its size and distance ask for]
+    #[arg(long, value_name = "N", value_parser = shadow_samples, allow_hyphen_values = true, help_heading = "Light")]
     pub(crate) shadow_samples: Option<u32>,
     /// Most reflections and refractions on a path
     #[arg(long, value_name = "N", default_value_t = 8, value_parser = bounces, allow_hyphen_values = true, help_heading = "Light")]
@@ -194,6 +195,10 @@ pub(super) fn side(text: &str) -> Result<u32, String> {
 
 fn samples(text: &str) -> Result<u32, String> {
     whole(text, 1, SAMPLES_MAX)
+}
+
+fn shadow_samples(text: &str) -> Result<u32, String> {
+    whole(text, 1, Settings::BUNDLE_MAX)
 }
 
 pub(super) fn bounces(text: &str) -> Result<u32, String> {

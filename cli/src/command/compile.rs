@@ -194,8 +194,8 @@ fn print_stats(stats: &Stats) -> Outcome {
         "surfaces   {} triangles, {} spheres{}",
         count(stats.triangles),
         count(stats.spheres),
-        if stats.dropped > 0 {
-            format!("; {} left out (too small to be seen, or void)", count(stats.dropped))
+        if stats.void > 0 {
+            format!("; {} left out, as they are void", count(stats.void))
         } else {
             String::new()
         }
@@ -227,6 +227,7 @@ fn as_json(scene: &Scene) -> Value {
         "surfaces": header.primitives,
         "triangles": scene.stats.as_ref().map(|s| s.triangles),
         "spheres": scene.stats.as_ref().map(|s| s.spheres),
+        "void": scene.stats.as_ref().map(|s| s.void),
         "dropped": scene.stats.as_ref().map(|s| s.dropped),
         "blocks": {
             "count": header.blocks,

@@ -180,6 +180,29 @@ fn bad_files_are_refused_by_name_and_line() {
 }
 
 #[test]
+fn a_sky_alone_is_a_scene() {
+    let folder = Folder::new();
+    folder.file("sky.rad", "void light l 0 0 3 1 1 1\nl source s 0 0 4 0 0 1 90\n");
+    folder.file("up.vf", "rvu -vtv -vp 0 -5 0 -vd 0 1 .5 -vu 0 0 1 -vh 40 -vv 40\n");
+    let picture = "sky.rad up.vf --width 12 --samples 1";
+    let expected = folder.counted(&format!("render {picture}"))["image_hash"].clone();
+    for command in ["render --memory 64KiB", "sim --nodes 4", "host --nodes 2"] {
+        let run = folder.counted(&format!("{command} {picture}"));
+        assert_eq!(run["image_hash"], expected, "{command}");
+    }
+}
+
+#[test]
+fn what_is_too_small_beside_the_rest_is_said() {
+    let folder = Folder::new();
+    let scene = "void plastic w 0 0 5 .5 .5 .5 0 0\nw sphere far 0 0 4 0 0 0 1e9\n\
+                 w polygon p 0 0 9 5e8 0 0 500000000.1 0 0 5e8 .1 0\n";
+    folder.file("far.rad", scene);
+    let message = folder.run("render far.rad --width 8 --samples 1").done().err();
+    assert!(message.contains("left out (1 time)"), "{message}");
+}
+
+#[test]
 fn files_become_one_scene() {
     let folder = Folder::new();
     folder.file("paint.rad", "void plastic grey 0 0 5 .5 .5 .5 0 0\n");

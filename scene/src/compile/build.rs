@@ -19,7 +19,10 @@ const LEVELS: usize = DEPTH_MAX - super::fit::LEVELS;
 /// `done` hears how many items lie in finished leaves.
 pub(crate) fn build(items: &mut [Item], done: &mut dyn FnMut(u64)) -> Vec<Node> {
     let mut build = Build { nodes: Vec::new(), finished: 0, done };
-    if !items.is_empty() {
+    if items.is_empty() {
+        // Rays that hit nothing visit a root, too.
+        build.nodes.push(Node::EMPTY);
+    } else {
         build.node(items, 0, LEVELS);
     }
     build.nodes

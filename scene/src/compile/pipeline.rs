@@ -91,6 +91,7 @@ pub fn compile(
     let stats = Stats {
         triangles: surfaces.triangles,
         spheres: surfaces.spheres,
+        void: surfaces.void,
         dropped: surfaces.dropped,
         block_bytes: options.block_bytes,
         blocks: number,

@@ -14,7 +14,9 @@ pub struct Stats {
     pub triangles: u64,
     /// Spheres in the blocks.
     pub spheres: u64,
-    /// Triangles and spheres left out: they vanish when rounded to f32, or their material is void.
+    /// Triangles and spheres left out, as their material is void.
+    pub void: u64,
+    /// Others left out: they vanish when rounded to f32.
     pub dropped: u64,
     /// Size of a block.
     pub block_bytes: usize,

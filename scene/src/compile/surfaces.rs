@@ -29,6 +29,8 @@ pub(crate) struct Surfaces {
     pub(crate) normals: bool,
     pub(crate) triangles: u64,
     pub(crate) spheres: u64,
+    /// Left out: void ones, and the others.
+    pub(crate) void: u64,
     pub(crate) dropped: u64,
     /// Greatest distance from an input vertex to the stored one [scene units].
     pub(crate) error: f64,
@@ -57,6 +59,7 @@ impl Surfaces {
             normals: false,
             triangles: 0,
             spheres: 0,
+            void: 0,
             dropped: 0,
             error: 0.0,
         };
@@ -74,7 +77,11 @@ impl Surfaces {
         for triangle in &model.triangles {
             let corner = corners.of_triangle(model, triangle, &mut merged)?;
             let [a, b, c] = corner.map(|i| merged.vertices[i as usize].0);
-            if material(triangle.material)? || a == b || b == c || c == a {
+            if material(triangle.material)? {
+                surfaces.void += 1;
+                continue;
+            }
+            if a == b || b == c || c == a {
                 surfaces.dropped += 1;
                 continue;
             }
@@ -90,7 +97,11 @@ impl Surfaces {
         for sphere in &model.spheres {
             let center = place.point(sphere.center);
             let radius = (sphere.radius * place.scale()) as f32;
-            if material(sphere.material)? || !(center.is_finite() && radius > 0.0) {
+            if material(sphere.material)? {
+                surfaces.void += 1;
+                continue;
+            }
+            if !(center.is_finite() && radius > 0.0) {
                 surfaces.dropped += 1;
                 continue;
             }

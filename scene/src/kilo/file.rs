@@ -136,6 +136,11 @@ impl KiloFile {
     }
 
     fn check(&self) -> Result<(), FileError> {
-        check_blocks(&KiloView::parse(self.bytes())?)
+        let view = KiloView::parse(self.bytes())?;
+        // There is a root, even of nothing.
+        if view.blocks() == 0 {
+            return Err(FileError::Header);
+        }
+        check_blocks(&view)
     }
 }

@@ -87,8 +87,9 @@ fn statement(
         [b'm', b'a', b'p', b'_', ..] | [b'n', b'o', b'r', b'm', ..] => {
             model.note("a texture of a material: left out, its plain colour is used");
         }
-        // The ambient colour has no meaning for a tracer of light; the rest are extensions.
-        _ => {}
+        // They have no meaning for a tracer of light.
+        b"Ka" | b"sharpness" => {}
+        _ => model.note("a statement about a material that is not read: left out"),
     }
     Ok(())
 }
@@ -122,6 +123,13 @@ fn not_negative(value: f64) -> Result<f64, Cause> {
 
 /// From Wavefront's description to ours.
 fn material(model: &mut Model, d: &Described) -> Material {
+    let shares = [d.diffuse, d.specular, d.filter, d.dissolve.map(DVec3::splat)];
+    if shares.iter().flatten().any(|share| share.max_element() > 1.0) {
+        model.note("a share of light above 1 (Kd, Ks, Tf or d): taken as 1");
+    }
+    if d.model.is_some_and(|illum| illum > 10.0) {
+        model.note("an illumination model above 10: taken as 2");
+    }
     let kd = d.diffuse.unwrap_or(DVec3::splat(0.5));
     let ks = d.specular.unwrap_or(DVec3::ZERO);
     let filter = d.filter.unwrap_or(DVec3::ONE).min(DVec3::ONE);

@@ -75,6 +75,19 @@ fn materials_become_ours() {
 }
 
 #[test]
+fn what_is_not_read_of_a_material_or_is_beyond_its_range_is_noted() {
+    for (lines, note) in [
+        ("Pr .3\nPm 1\nKa 1 1 1", ("a statement about a material that is not read: left out", 2)),
+        ("Kd 2 .5 .5", ("a share of light above 1 (Kd, Ks, Tf or d): taken as 1", 1)),
+        ("d 5", ("a share of light above 1 (Kd, Ks, Tf or d): taken as 1", 1)),
+        ("illum 99", ("an illumination model above 10: taken as 2", 1)),
+    ] {
+        let (_, model) = material(lines);
+        assert_eq!(notes(&model), [note], "{lines}");
+    }
+}
+
+#[test]
 fn emission_makes_a_light() {
     let (m, model) = material("Ke 5 4 3");
     assert_eq!((m.kind, m.emission), (MaterialKind::Light, dvec3(5.0, 4.0, 3.0)));
