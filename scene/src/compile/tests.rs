@@ -23,9 +23,9 @@ fn check_all(model: &Model) {
 }
 
 #[test]
-fn nothing_compiles_to_no_blocks() {
+fn nothing_compiles_to_an_empty_root() {
     let compiled = compile(&Model::default(), &Options::default(), &mut ()).unwrap();
-    assert_eq!(compiled.header().blocks, 0);
+    assert_eq!((compiled.header().blocks, compiled.header().primitives), (1, 0));
     check_all(&Model::default());
 }
 
