@@ -17,7 +17,8 @@ use crate::check::check;
 use crate::pace::layout;
 use crate::run::{Actor, Run, RunSettings};
 use crate::{
-    Control, Error, LineReport, MeshReport, NodeReport, Options, Outcome, Report, Status, Totals,
+    Control, Error, LineReport, MeshReport, MessageReport, NodeReport, Options, Outcome, Report,
+    Status, Totals,
 };
 
 /// Events after which the caller is told how far the run is.
@@ -241,7 +242,7 @@ fn report<W: World + Send>(
         mesh: MeshReport::new(mesh),
         profile: options.profile.name.to_string(),
         virtual_ns: run.now,
-        messages: totals.messages(),
+        messages: MessageReport::of(&totals.counts),
         timeline: take(&mut run.timeline).finish(run.now, mesh.nodes()),
         latencies: run.watch.latencies(),
         faults,

@@ -13,6 +13,7 @@ pub use node::{LineReport, NodeReport, NodeTime};
 pub use timeline::{Sample, Timeline};
 pub use totals::Totals;
 
+use kiloray_core::node::{Counts, Kind};
 use kiloray_render::LedgerCounts;
 use serde::Serialize;
 
@@ -64,6 +65,22 @@ pub struct MessageReport {
     pub received: u64,
     /// Their bytes, without packet headers.
     pub received_bytes: u64,
+}
+
+impl MessageReport {
+    /// Of these counts, by kind.
+    #[must_use]
+    pub fn of(counts: &Counts) -> Vec<Self> {
+        let (sent, received) = (counts.sent.named(), counts.received.named());
+        let report = |((kind, sent), (_, received)): ((&'static str, Kind), (_, Kind))| Self {
+            kind,
+            sent: sent.count,
+            sent_bytes: sent.bytes,
+            received: received.count,
+            received_bytes: received.bytes,
+        };
+        sent.into_iter().zip(received).map(report).collect()
+    }
 }
 
 /// The host's ledger of tiles.

@@ -1,7 +1,7 @@
-use kiloray_core::node::{Counts, Kind, Work};
+use kiloray_core::node::{Counts, Work};
 use serde::Serialize;
 
-use super::{LinkReport, MessageReport, NodeReport, NodeTime};
+use super::{LinkReport, NodeReport, NodeTime};
 
 /// Sums over nodes and links.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
@@ -42,19 +42,5 @@ impl Totals {
             totals.link_bytes += link.bytes;
         }
         totals
-    }
-
-    /// Messages by kind.
-    pub(crate) fn messages(&self) -> Vec<MessageReport> {
-        let (sent, received) = (self.counts.sent.named(), self.counts.received.named());
-        let report =
-            |((kind, sent), (_, received)): ((&'static str, Kind), (_, Kind))| MessageReport {
-                kind,
-                sent: sent.count,
-                sent_bytes: sent.bytes,
-                received: received.count,
-                received_bytes: received.bytes,
-            };
-        sent.into_iter().zip(received).map(report).collect()
     }
 }

@@ -10,8 +10,8 @@ use std::ops::Range;
 /// Fresh places go out in grants that shrink as work does: an asker gets at most what is left by twice the number of askers (factoring:
 /// Hummel, Schonberg & Flynn 1992; guided self-scheduling, Polychronopoulos & Kuck 1987, takes the whole of it). Whoever is given
 /// a part of a [run](Tiling::RUN) is given the rest of it when it asks again, unless all runs have been begun by then: who has none goes on with
-/// half of the longest rest (affinity scheduling: Markatos & LeBlanc 1994). When none is left, those that are out for longer than tiles take are given to others as well (backup tasks: Dean & Ghemawat 2004,
-/// section 3.6), oldest first, each time after twice as long.
+/// half of the longest rest (affinity scheduling: Markatos & LeBlanc 1994). When none is left, those that are out for longer than tiles
+/// take are given to others as well (backup tasks: Dean & Ghemawat 2004, section 3.6), oldest first, each time after twice as long.
 #[derive(Debug)]
 pub(super) struct Leases {
     tiles: Vec<Lease>,

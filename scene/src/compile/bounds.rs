@@ -26,6 +26,11 @@ impl Bounds {
         [-self.0[4], -self.0[5], -self.0[6]]
     }
 
+    /// The lower and the upper corner; of an empty box both are zero.
+    pub(crate) fn ends(&self) -> ([f32; 3], [f32; 3]) {
+        if self.is_empty() { ([0.0; 3], [0.0; 3]) } else { (self.lo(), self.hi()) }
+    }
+
     pub(crate) fn is_empty(&self) -> bool {
         self.0[0] == f32::INFINITY
     }

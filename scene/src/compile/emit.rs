@@ -174,10 +174,8 @@ impl Frame {
         for bounds in nodes.flat_map(|node| &node.bounds) {
             all.grow(&bounds.0);
         }
-        if all.is_empty() {
-            return Self::over([0.0; 3], [0.0; 3]);
-        }
-        Self::over(all.lo(), all.hi())
+        let (lo, hi) = all.ends();
+        Self::over(lo, hi)
     }
 
     /// The finest frame that reaches from `lo` to `hi`.

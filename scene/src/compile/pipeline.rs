@@ -66,7 +66,7 @@ pub fn compile(
     for item in &surfaces.items {
         all.grow(item.lanes());
     }
-    let (lo, hi) = if all.is_empty() { ([0.0; 3], [0.0; 3]) } else { (all.lo(), all.hi()) };
+    let (lo, hi) = all.ends();
     let lights = materials.lights(&lights, place);
     let views: Vec<_> = model.views.iter().filter_map(|v| view(v, place)).collect();
     let needs = needs(&materials.table, &lights, &surfaces, (lo, hi));

@@ -1,9 +1,12 @@
-use kiloray_host::LineReport;
-use kiloray_sim::TileReport;
+use kiloray_sim::{MessageReport, TileReport};
 use serde_json::{Value, json};
 
-use super::{Run, total};
-use crate::command::{division, report};
+use super::Run;
+use crate::command::{
+    division,
+    mesh::{losses_json, total},
+    report,
+};
 
 impl Run<'_> {
     /// The fields that scripts rely on: those of `sim`, with times of the clock.
@@ -11,20 +14,7 @@ impl Run<'_> {
         let (outcome, counts, options) = (self.outcome, &self.counts, self.options);
         let view = self.scene.file.view();
         let header = view.header();
-        let (sent, received) = (counts.sent.named(), counts.received.named());
-        let kinds: Vec<_> = sent
-            .iter()
-            .zip(&received)
-            .map(|((kind, sent), (_, received))| {
-                json!({
-                    "kind": kind,
-                    "sent": sent.count,
-                    "sent_bytes": sent.bytes,
-                    "received": received.count,
-                    "received_bytes": received.bytes,
-                })
-            })
-            .collect();
+        let messages = MessageReport::of(counts);
         let nodes = &outcome.nodes;
         let fullest = self.fullest();
         let points = kiloray_core::store::Line::Points.name();
@@ -54,9 +44,9 @@ impl Run<'_> {
             },
             "skipped": report::skipped_json(self.scene, &counts.shade),
             "messages": {
-                "count": total(sent.iter().map(|(_, kind)| kind.count)),
-                "bytes": total(sent.iter().map(|(_, kind)| kind.bytes)),
-                "by_kind": kinds,
+                "count": total(messages.iter().map(|m| m.sent)),
+                "bytes": total(messages.iter().map(|m| m.sent_bytes)),
+                "by_kind": messages,
             },
             "links": {
                 "packets": total(nodes.iter().map(|n| n.time.packets_sent)),
@@ -74,7 +64,7 @@ impl Run<'_> {
                 "limit": options.memory,
                 "peak": fullest.map(|node| node.peak_bytes),
                 "peak_node": fullest.map(|node| node.node),
-                "lines": self.lines_json(),
+                "lines": self.lines(),
                 "processes": {
                     "peak": self.greatest().map(|(_, peak)| peak),
                     "budget": self.greatest().map(|(process, _)| process.budget_bytes),
@@ -101,11 +91,7 @@ impl Run<'_> {
             "refusals": counts.refused,
             "run_at_home": counts.run_at_home,
             "overflows": outcome.overflows,
-            "lost": self
-                .lost()
-                .into_iter()
-                .map(|lost| (lost.name.to_owned(), json!(lost.part)))
-                .collect::<serde_json::Map<_, _>>(),
+            "lost": losses_json(&self.lost()),
             "faults": {
                 "replaced": outcome.replacements,
                 // What they did is in no count of nodes: `rays`, `messages`, `cache` and so on.
@@ -115,19 +101,6 @@ impl Run<'_> {
             "host": outcome.host,
             "notes": self.scene.notes,
         })
-    }
-
-    fn lines_json(&self) -> Vec<Value> {
-        let line = |line: &LineReport| {
-            json!({
-                "line": line.name,
-                "capacity": line.capacity,
-                "bytes": line.bytes,
-                "peak": line.peak,
-                "peak_bytes": line.peak_bytes,
-            })
-        };
-        self.lines().into_iter().map(line).collect()
     }
 
     fn options_json(&self) -> Value {

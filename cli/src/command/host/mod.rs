@@ -19,6 +19,7 @@ use prepare::{Prepared, prepare};
 
 use super::{
     html::{self, Shown},
+    mesh::{self, Line, Loss, total},
     node::refused,
 };
 use crate::{
@@ -37,15 +38,6 @@ const END_LIMIT: Duration = Duration::from_millis(500);
 
 /// What nobody can tell.
 const UNCOUNTED: &str = "what the processes did that were replaced is not counted";
-
-/// A part of all nodes' time that was not work.
-struct Lost {
-    /// Its name in the JSON.
-    name: &'static str,
-    /// In words.
-    words: &'static str,
-    part: f64,
-}
 
 /// A run, and all that is told of it.
 struct Run<'a> {
@@ -134,12 +126,12 @@ pub(super) fn run(host: &args::Host) -> Outcome {
         time_s: begin.elapsed().as_secs_f64(),
         exposure: saved.exposure,
     };
+    let json = format!("{:#}\n", run.as_json());
     if let Some(output) = json_out {
-        output.write(format!("{:#}\n", run.as_json()).as_bytes())?;
+        output.write(json.as_bytes())?;
     }
     if let Some(files) = files {
         let shown = Shown::new(&outcome.picture, common.exposure)?;
-        let json = format!("{:#}\n", run.as_json());
         files.write(&page::page(&run, &shown), &json, &shown.png)?;
     }
     let to_standard =
@@ -238,7 +230,7 @@ impl Run<'_> {
     }
 
     /// What the rest of it went to.
-    fn lost(&self) -> Vec<Lost> {
+    fn lost(&self) -> Vec<Loss> {
         let mut lost = vec![
             ("data", "waiting for blocks", self.part(|time| time.idle_data_ns)),
             ("answers", "waiting for answers to rays", self.part(|time| time.idle_answers_ns)),
@@ -248,7 +240,7 @@ impl Run<'_> {
         ];
         let known: f64 = self.busy() + lost.iter().map(|(.., part)| part).sum::<f64>();
         lost.push(("absent", "processes that ended, and starts of others", (1.0 - known).max(0.0)));
-        lost.into_iter().map(|(name, words, part)| Lost { name, words, part }).collect()
+        lost.into_iter().map(|(name, words, part)| Loss { name, words, part }).collect()
     }
 
     fn part(&self, of: impl Fn(&Spent) -> u64) -> f64 {
@@ -258,13 +250,12 @@ impl Run<'_> {
     }
 
     /// The lines of a node's memory, each of the node that had most in it.
-    fn lines(&self) -> Vec<&LineReport> {
-        let Some(first) = self.outcome.nodes.first() else { return Vec::new() };
-        let all = || self.outcome.nodes.iter().flat_map(|node| &node.lines);
-        let most = |line: &LineReport| {
-            all().filter(|other| other.name == line.name).max_by_key(|other| other.peak_bytes)
+    fn lines(&self) -> Vec<Line<'_>> {
+        let line = |line| {
+            let &LineReport { ref name, capacity, bytes, peak, peak_bytes } = line;
+            Line { name, capacity, bytes, peak, peak_bytes }
         };
-        first.lines.iter().filter_map(most).filter(|line| line.bytes > 0).collect()
+        mesh::greatest(self.outcome.nodes.iter().flat_map(|node| &node.lines).map(line))
     }
 
     fn fullest(&self) -> Option<&NodeReport> {
@@ -284,9 +275,4 @@ impl Run<'_> {
         let counts = &self.counts;
         total([counts.rays_again, counts.fetches_again, counts.tiles_again].into_iter())
     }
-}
-
-/// The sum of what nodes say, which may be anything.
-fn total(counts: impl Iterator<Item = u64>) -> u64 {
-    counts.fold(0, u64::saturating_add)
 }

@@ -1,26 +1,24 @@
 //! The page about a run of processes.
 
-use kiloray_sim::TileReport;
+use kiloray_sim::{MessageReport, TileReport};
 
-use super::{Run, total};
+use super::Run;
 use crate::{
-    command::{html::Shown, report, sim::words},
+    command::{
+        html::Shown,
+        mesh::{self, part, total},
+    },
     console::{bytes, count, duration, percent},
-    page::{Bar, Page},
+    page::Page,
 };
 
 /// Draws it.
 pub(super) fn page(run: &Run<'_>, shown: &Shown<'_>) -> String {
     let outcome = run.outcome;
-    let mesh = run.mesh();
-    let mut page = Page::new(&format!("{} on {mesh}", run.scene.name));
+    let named = run.mesh();
+    let mut page = Page::new(&format!("{} on {named}", run.scene.name));
     if !outcome.complete {
-        page.warning(match outcome.lost {
-            Some(block) => format!(
-                "The picture is incomplete: block {block} is lost, no living node holds a copy."
-            ),
-            None => "The picture is incomplete: the run was stopped.".into(),
-        });
+        mesh::incomplete(&mut page, outcome.lost);
     }
     page.cards(&cards(run));
     page.raw("<div class=\"beside\"><div>\n");
@@ -31,9 +29,9 @@ pub(super) fn page(run: &Run<'_>, shown: &Shown<'_>) -> String {
     nodes(&mut page, run);
     messages(&mut page, run);
     memory(&mut page, run);
-    rays(&mut page, run);
+    mesh::rays(&mut page, run.scene, &run.counts);
     faults(&mut page, run);
-    the_run(&mut page, run, &mesh, shown.stops);
+    the_run(&mut page, run, &named, shown.stops);
     for note in &run.scene.notes {
         page.text(format_args!("Note: {note}"));
     }
@@ -42,7 +40,6 @@ pub(super) fn page(run: &Run<'_>, shown: &Shown<'_>) -> String {
 
 fn cards(run: &Run<'_>) -> Vec<(&'static str, String)> {
     let counts = &run.counts;
-    let asked = counts.cache.hits.saturating_add(counts.cache.misses);
     let sent = counts.sent.named();
     let mut cards = vec![
         ("from the first to the last pixel", duration(run.outcome.render.as_nanos() as u64)),
@@ -54,10 +51,7 @@ fn cards(run: &Run<'_>) -> Vec<(&'static str, String)> {
     }
     cards.extend([
         ("blocks fetched", count(counts.cache.fetched)),
-        (
-            "of accesses hit the cache",
-            if asked > 0 { percent(part(counts.cache.hits, asked)) } else { "-".into() },
-        ),
+        ("of accesses hit the cache", mesh::cache_hits(counts)),
         ("rays migrated", count(counts.migrated)),
         ("messages", count(total(sent.iter().map(|(_, kind)| kind.count)))),
     ]);
@@ -116,54 +110,13 @@ fn nodes(page: &mut Page, run: &Run<'_>) {
 }
 
 fn messages(page: &mut Page, run: &Run<'_>) {
-    page.heading("Messages");
-    let (sent, received) = (run.counts.sent.named(), run.counts.received.named());
-    let all = total(sent.iter().map(|(_, kind)| kind.bytes));
-    let rows: Vec<_> = sent
-        .iter()
-        .zip(&received)
-        .map(|((kind, sent), (_, received))| {
-            let mean = sent.bytes as f64 / sent.count.max(1) as f64;
-            vec![
-                words(kind).to_owned(),
-                count(sent.count),
-                bytes(sent.bytes),
-                format!("{mean:.0} B"),
-                percent(part(sent.bytes, all)),
-                count(received.count),
-            ]
-        })
-        .collect();
-    page.table(&["kind", "sent", "bytes", "mean", "of all bytes", "handled"], &rows);
-    let c = &run.counts;
-    let tiles = TileReport::from(run.outcome.ledger);
+    mesh::messages(page, &MessageReport::of(&run.counts));
     let nodes = || run.outcome.nodes.iter();
-    let rows: Vec<_> = [
-        ("rays that a full node refused", c.refused),
-        ("rays run at home after too many refusals", c.run_at_home),
-        ("rays sent again after their time limit", c.rays_again),
-        ("blocks asked for again after their time limit", c.fetches_again),
-        ("tiles sent again to the host", c.tiles_again),
-        ("tiles out for long, given to another node too", tiles.given_again),
-        ("asks for tiles that came again", tiles.asked_again),
-        ("pixels that the host had already", tiles.pixels_again),
-        ("messages that made no sense to the host", tiles.refused),
-        ("answers that nobody waited for: late, doubled", c.unasked),
-        ("packets that could not be read", c.damaged),
-        ("blocks that arrived damaged", c.blocks_refused),
+    let more = [
         ("packets for neighbours that were not there", total(nodes().map(|n| n.time.dropped))),
         ("packets of no process of this mesh", total(nodes().map(|n| n.foreign))),
-    ]
-    .into_iter()
-    .filter(|&(_, n)| n > 0)
-    .map(|(name, n)| Bar::new(name, count(n), n as f64))
-    .collect();
-    page.heading("Refusals and retries");
-    if rows.is_empty() {
-        page.text("None.");
-    } else {
-        page.bars(&rows);
-    }
+    ];
+    mesh::retries(page, &run.counts, &TileReport::from(run.outcome.ledger), &more);
 }
 
 fn memory(page: &mut Page, run: &Run<'_>) {
@@ -182,38 +135,7 @@ fn memory(page: &mut Page, run: &Run<'_>) {
             if process.limit_bytes.is_some() { "; the system enforces it" } else { "" },
         ));
     }
-    let rows: Vec<_> = run
-        .lines()
-        .iter()
-        .map(|line| {
-            vec![
-                line.name.clone(),
-                line.capacity.to_string(),
-                line.peak.to_string(),
-                line.bytes.to_string(),
-                line.peak_bytes.to_string(),
-                percent(part(line.peak_bytes as u64, line.bytes as u64)),
-            ]
-        })
-        .collect();
-    let heads =
-        ["line", "items planned", "most in use", "bytes planned", "most in use", "of the plan"];
-    page.table(&heads, &rows);
-    page.soft("'Most in use' is of the node that had the most in this line.");
-}
-
-fn rays(page: &mut Page, run: &Run<'_>) {
-    let c = &run.counts;
-    page.heading("Rays");
-    let rows = [
-        ("primary", c.shade.primary),
-        ("shadow", c.shade.shadow),
-        ("specular", c.shade.specular),
-        ("sent to another node", c.migrated),
-        ("run for another node", c.visitors),
-    ];
-    page.bars(&rows.map(|(name, n)| Bar::new(name, count(n), n as f64)));
-    crate::command::html::skipped(page, run.scene, &report::skipped(run.scene, &c.shade));
+    mesh::memory(page, &run.lines());
 }
 
 fn faults(page: &mut Page, run: &Run<'_>) {
@@ -222,7 +144,7 @@ fn faults(page: &mut Page, run: &Run<'_>) {
         return;
     }
     page.heading("Faults");
-    page.text(super::UNCOUNTED);
+    page.text(format_args!("{} nodes were replaced; {}.", replaced.len(), super::UNCOUNTED));
     for replacement in replaced {
         page.text(format_args!("Node {} was replaced: {}.", replacement.node, replacement.cause));
     }
@@ -256,8 +178,4 @@ fn the_run(page: &mut Page, run: &Run<'_>, mesh: &str, stops: f32) {
         ("hash of the pixels", run.image_hash.clone()),
         ("version", env!("CARGO_PKG_VERSION").to_owned()),
     ]);
-}
-
-fn part(of: u64, all: u64) -> f64 {
-    of as f64 / all.max(1) as f64
 }

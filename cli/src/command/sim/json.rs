@@ -2,7 +2,11 @@ use kiloray_sim::{NodeReport, Report};
 use serde_json::{Value, json};
 
 use super::{Run, lost::lost};
-use crate::command::{division, report};
+use crate::command::{
+    division,
+    mesh::{losses_json, part},
+    report,
+};
 
 impl Run<'_> {
     /// The fields that scripts rely on.
@@ -69,7 +73,7 @@ impl Run<'_> {
                 "limit": self.options.mesh.memory,
                 "peak": report.totals.peak_bytes,
                 "peak_node": report.totals.peak_node,
-                "lines": lines_json(report),
+                "lines": super::lines(report),
             },
             "points": points_json(report),
             "cache": {
@@ -88,10 +92,7 @@ impl Run<'_> {
             "refusals": counts.refused,
             "run_at_home": counts.run_at_home,
             "overflows": outcome.overflows,
-            "lost": lost(report, self.done.baseline.as_ref())
-                .into_iter()
-                .map(|loss| (loss.name.to_owned(), json!(loss.part)))
-                .collect::<serde_json::Map<_, _>>(),
+            "lost": losses_json(&lost(report, self.done.baseline.as_ref())),
             "bounds_s": bounds,
             "latencies": report.latencies,
             "faults": report.faults,
@@ -151,26 +152,6 @@ fn rate(rate: kiloray_sim::Rate) -> f64 {
 
 fn seconds(ns: u64) -> f64 {
     ns as f64 / 1e9
-}
-
-fn part(of: u64, all: u64) -> f64 {
-    of as f64 / all.max(1) as f64
-}
-
-/// Every line, with the peak of the node that had the greatest.
-fn lines_json(report: &Report) -> Vec<Value> {
-    super::lines(report)
-        .into_iter()
-        .map(|line| {
-            json!({
-                "line": line.name,
-                "capacity": line.capacity,
-                "bytes": line.bytes,
-                "peak": line.peak,
-                "peak_bytes": line.peak_bytes,
-            })
-        })
-        .collect()
 }
 
 /// Of the node that had the most.

@@ -2,6 +2,8 @@
 
 use kiloray_sim::{NodeTime, Report};
 
+use crate::command::mesh::Loss;
+
 /// The one-node run that efficiency is measured against.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(in crate::command) struct Baseline {
@@ -9,17 +11,6 @@ pub(in crate::command) struct Baseline {
     pub(in crate::command) virtual_ns: u64,
     /// What it went to.
     pub(in crate::command) time: NodeTime,
-}
-
-/// A part of the time of all nodes that did not go into the picture.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(in crate::command) struct Loss {
-    /// Its name in the JSON.
-    pub(in crate::command) name: &'static str,
-    /// In words.
-    pub(in crate::command) words: &'static str,
-    /// Of nodes × time.
-    pub(in crate::command) part: f64,
 }
 
 /// T1 / (nodes × TN).

@@ -21,10 +21,12 @@ use self::{cut::Cut, lost::bounds};
 pub(super) use self::{
     lost::Baseline,
     options::{baseline, on, options, refused},
-    page::words,
     run::{Done, measured},
 };
-use super::{division, engine, html};
+use super::{
+    division, engine, html,
+    mesh::{self, Line},
+};
 use crate::{
     args,
     failure::{self, Failure, Outcome},
@@ -152,16 +154,13 @@ impl<'a> Run<'a> {
 }
 
 /// The lines of a node's memory, each with the peak of the node that had the greatest.
-pub(super) fn lines(report: &Report) -> Vec<LineReport> {
-    let Some(first) = report.nodes.first() else { return Vec::new() };
-    let mut lines = first.lines.clone();
-    for node in &report.nodes {
-        for (most, line) in lines.iter_mut().zip(&node.lines) {
-            if line.peak_bytes > most.peak_bytes {
-                *most = *line;
-            }
-        }
-    }
-    lines.retain(|line| line.bytes > 0);
-    lines
+pub(super) fn lines(report: &Report) -> Vec<Line<'static>> {
+    let line = |&LineReport { name, capacity, bytes, peak, peak_bytes }: &LineReport| Line {
+        name,
+        capacity,
+        bytes,
+        peak,
+        peak_bytes,
+    };
+    mesh::greatest(report.nodes.iter().flat_map(|node| &node.lines).map(line))
 }

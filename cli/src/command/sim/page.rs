@@ -7,7 +7,11 @@ mod time;
 use super::{Run, cut::link_name, lines, lost::lost, summary};
 use crate::{
     chart::Layout,
-    command::{division, html::Shown, report},
+    command::{
+        division,
+        html::Shown,
+        mesh::{self, part},
+    },
     console::{bytes, count, duration, percent},
     page::{Bar, Page},
 };
@@ -19,12 +23,7 @@ pub(super) fn page(run: &Run<'_>, shown: &Shown<'_>) -> String {
     let mut page = Page::new(&format!("{} on {}", run.scene.name, run.topology));
     page.soft(summary::mesh(run));
     if !outcome.complete {
-        page.warning(match outcome.lost {
-            Some(block) => format!(
-                "The picture is incomplete: block {block} is lost, no living node holds a copy."
-            ),
-            None => "The picture is incomplete: the run was stopped.".into(),
-        });
+        mesh::incomplete(&mut page, outcome.lost);
     }
     page.cards(&cards(run));
     page.raw("<div class=\"beside\"><div>\n");
@@ -40,7 +39,7 @@ pub(super) fn page(run: &Run<'_>, shown: &Shown<'_>) -> String {
     time::latencies(&mut page, run);
     messages(&mut page, run);
     memory(&mut page, run);
-    rays(&mut page, run);
+    mesh::rays(&mut page, run.scene, &report.totals.counts);
     faults(&mut page, run);
     the_run(&mut page, run, shown);
     machine(&mut page, run);
@@ -59,17 +58,13 @@ fn cards(run: &Run<'_>) -> Vec<(&'static str, String)> {
         cards.push(("parallel efficiency", format!("{efficiency:.3}")));
         cards.push(("times as fast as one node", format!("{speed_up:.1}")));
     }
-    let asked = counts.cache.hits + counts.cache.misses;
     cards.extend([
         (
             "of a node's memory at most used",
             percent(part(report.totals.peak_bytes as u64, run.options.mesh.memory as u64)),
         ),
         ("blocks fetched", count(counts.cache.fetched)),
-        (
-            "of accesses hit the cache",
-            if asked > 0 { percent(part(counts.cache.hits, asked)) } else { "-".into() },
-        ),
+        ("of accesses hit the cache", mesh::cache_hits(counts)),
         ("rays migrated", count(counts.migrated)),
         ("messages", count(report.messages.iter().map(|m| m.sent).sum())),
     ]);
@@ -119,24 +114,7 @@ fn lower_bounds(page: &mut Page, run: &Run<'_>) {
 
 fn messages(page: &mut Page, run: &Run<'_>) {
     let report = &run.done.outcome.report;
-    page.heading("Messages");
-    let all: u64 = report.messages.iter().map(|m| m.sent_bytes).sum();
-    let rows: Vec<_> = report
-        .messages
-        .iter()
-        .map(|m| {
-            let mean = m.sent_bytes as f64 / m.sent.max(1) as f64;
-            vec![
-                words(m.kind).to_owned(),
-                count(m.sent),
-                bytes(m.sent_bytes),
-                format!("{mean:.0} B"),
-                percent(part(m.sent_bytes, all)),
-                count(m.received),
-            ]
-        })
-        .collect();
-    page.table(&["kind", "sent", "bytes", "mean", "of all bytes", "handled"], &rows);
+    mesh::messages(page, &report.messages);
     page.soft(format_args!(
         "On the links: {} packets, one for each hop, and {} that bring credit only; {} with headers.",
         count(report.totals.packets),
@@ -144,47 +122,11 @@ fn messages(page: &mut Page, run: &Run<'_>) {
         bytes(report.totals.link_bytes)
     ));
     let c = &report.totals.counts;
-    let rows: Vec<_> = [
-        ("rays that a full node refused", c.refused),
-        ("rays run at home after too many refusals", c.run_at_home),
-        ("rays sent again after their time limit", c.rays_again),
-        ("blocks asked for again after their time limit", c.fetches_again),
-        ("tiles sent again to the host", c.tiles_again),
-        ("tiles out for long, given to another node too", report.tiles.given_again),
-        ("asks for tiles that came again", report.tiles.asked_again),
-        ("pixels that the host had already", report.tiles.pixels_again),
-        ("messages that made no sense to the host", report.tiles.refused),
-        ("answers that nobody waited for: late, doubled", c.unasked),
-        ("packets that could not be read", c.damaged),
-        ("blocks that arrived damaged", c.blocks_refused),
-    ]
-    .into_iter()
-    .filter(|&(_, n)| n > 0)
-    .map(|(name, n)| Bar::new(name, n, n as f64))
-    .collect();
-    page.heading("Refusals and retries");
-    if rows.is_empty() {
-        page.text("None.");
-    } else {
-        page.bars(&rows);
-    }
+    mesh::retries(page, c, &report.tiles, &[]);
     page.soft(format_args!(
         "{} times a step went to other work for want of a frame, a slot or room to send.",
         count(c.stalls)
     ));
-}
-
-/// A kind of message.
-pub(in crate::command) fn words(kind: &str) -> &str {
-    match kind {
-        "fetch" => "requests for blocks",
-        "part" => "pieces of blocks",
-        "tile" => "tiles: asked for, given, pixels",
-        "ray" => "rays",
-        "answer" => "answers to rays",
-        "refusal" => "refusals",
-        other => other,
-    }
 }
 
 fn memory(page: &mut Page, run: &Run<'_>) {
@@ -199,37 +141,7 @@ fn memory(page: &mut Page, run: &Run<'_>) {
         report.nodes.iter().map(|n| n.owned_blocks).max().unwrap_or(0),
         if run.options.mesh.owned_in_arena { "in it too" } else { "apart from it, read-only" },
     ));
-    let rows: Vec<_> = lines(report)
-        .iter()
-        .map(|line| {
-            vec![
-                line.name.to_owned(),
-                line.capacity.to_string(),
-                line.peak.to_string(),
-                line.bytes.to_string(),
-                line.peak_bytes.to_string(),
-                percent(part(line.peak_bytes as u64, line.bytes as u64)),
-            ]
-        })
-        .collect();
-    let heads =
-        ["line", "items planned", "most in use", "bytes planned", "most in use", "of the plan"];
-    page.table(&heads, &rows);
-    page.soft("'Most in use' is of the node that had the most in this line.");
-}
-
-fn rays(page: &mut Page, run: &Run<'_>) {
-    let c = &run.done.outcome.report.totals.counts;
-    page.heading("Rays");
-    let rows = [
-        ("primary", c.shade.primary),
-        ("shadow", c.shade.shadow),
-        ("specular", c.shade.specular),
-        ("sent to another node", c.migrated),
-        ("run for another node", c.visitors),
-    ];
-    page.bars(&rows.map(|(name, n)| Bar::new(name, count(n), n as f64)));
-    crate::command::html::skipped(page, run.scene, &report::skipped(run.scene, &c.shade));
+    mesh::memory(page, &lines(report));
 }
 
 fn faults(page: &mut Page, run: &Run<'_>) {
@@ -308,8 +220,4 @@ fn machine(page: &mut Page, run: &Run<'_>) {
         vec![name.to_owned(), if ns < 1.0 { format!("{ns:.3} ns") } else { format!("{ns:.1} ns") }]
     };
     page.table(&["operation", "time"], &p.operations().map(each));
-}
-
-fn part(of: u64, all: u64) -> f64 {
-    of as f64 / all.max(1) as f64
 }

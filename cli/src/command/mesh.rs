@@ -1,0 +1,187 @@
+//! What is told of a run on a mesh, whatever its nodes are: simulated ones, or processes.
+
+use kiloray_core::node::Counts;
+use kiloray_sim::{MessageReport, TileReport};
+use serde::Serialize;
+use serde_json::{Value, json};
+
+use super::{html, report};
+use crate::{
+    console::{bytes, count, percent},
+    page::{Bar, Page},
+    scene::Scene,
+};
+
+/// A part of the time of all nodes that did not go into the picture.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Loss {
+    /// Its name in the JSON.
+    pub(super) name: &'static str,
+    /// In words.
+    pub(super) words: &'static str,
+    /// Of nodes × time.
+    pub(super) part: f64,
+}
+
+/// Losses, by name.
+pub(super) fn losses_json(losses: &[Loss]) -> Value {
+    losses.iter().map(|loss| (loss.name.to_owned(), json!(loss.part))).collect()
+}
+
+/// A line of a node's memory.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub(super) struct Line<'a> {
+    /// What it is for.
+    #[serde(rename = "line")]
+    pub(super) name: &'a str,
+    /// Items it can hold.
+    pub(super) capacity: usize,
+    /// Bytes it takes.
+    pub(super) bytes: usize,
+    /// Most items it ever held.
+    pub(super) peak: usize,
+    /// Their bytes.
+    pub(super) peak_bytes: usize,
+}
+
+/// Of all nodes' lines one of each name, with the peak of the node that had the greatest; those that take nothing are left out.
+pub(super) fn greatest<'a>(all: impl Iterator<Item = Line<'a>>) -> Vec<Line<'a>> {
+    let mut lines: Vec<Line<'a>> = Vec::new();
+    for line in all {
+        match lines.iter_mut().find(|most| most.name == line.name) {
+            Some(most) if line.peak_bytes > most.peak_bytes => *most = line,
+            Some(_) => {}
+            None => lines.push(line),
+        }
+    }
+    lines.retain(|line| line.bytes > 0);
+    lines
+}
+
+/// Says that the picture is not complete, and why.
+pub(super) fn incomplete(page: &mut Page, lost: Option<u32>) {
+    page.warning(match lost {
+        Some(block) => {
+            format!(
+                "The picture is incomplete: block {block} is lost, no living node holds a copy."
+            )
+        }
+        None => "The picture is incomplete: the run was stopped.".into(),
+    });
+}
+
+/// The part of the accesses that hit the cache.
+pub(super) fn cache_hits(counts: &Counts) -> String {
+    let cache = &counts.cache;
+    match cache.hits.saturating_add(cache.misses) {
+        0 => "-".into(),
+        asked => percent(part(cache.hits, asked)),
+    }
+}
+
+/// A table of messages by kind.
+pub(super) fn messages(page: &mut Page, messages: &[MessageReport]) {
+    page.heading("Messages");
+    let all = total(messages.iter().map(|m| m.sent_bytes));
+    let rows: Vec<_> = messages
+        .iter()
+        .map(|m| {
+            let mean = m.sent_bytes as f64 / m.sent.max(1) as f64;
+            vec![
+                words(m.kind).to_owned(),
+                count(m.sent),
+                bytes(m.sent_bytes),
+                format!("{mean:.0} B"),
+                percent(part(m.sent_bytes, all)),
+                count(m.received),
+            ]
+        })
+        .collect();
+    page.table(&["kind", "sent", "bytes", "mean", "of all bytes", "handled"], &rows);
+}
+
+fn words(kind: &str) -> &str {
+    match kind {
+        "fetch" => "requests for blocks",
+        "part" => "pieces of blocks",
+        "tile" => "tiles: asked for, given, pixels",
+        "ray" => "rays",
+        "answer" => "answers to rays",
+        "refusal" => "refusals",
+        other => other,
+    }
+}
+
+/// What was refused, or done again; `more` is what only one kind of mesh knows.
+pub(super) fn retries(page: &mut Page, c: &Counts, tiles: &TileReport, more: &[(&str, u64)]) {
+    let rows: Vec<_> = [
+        ("rays that a full node refused", c.refused),
+        ("rays run at home after too many refusals", c.run_at_home),
+        ("rays sent again after their time limit", c.rays_again),
+        ("blocks asked for again after their time limit", c.fetches_again),
+        ("tiles sent again to the host", c.tiles_again),
+        ("tiles out for long, given to another node too", tiles.given_again),
+        ("asks for tiles that came again", tiles.asked_again),
+        ("pixels that the host had already", tiles.pixels_again),
+        ("messages that made no sense to the host", tiles.refused),
+        ("answers that nobody waited for: late, doubled", c.unasked),
+        ("packets that could not be read", c.damaged),
+        ("blocks that arrived damaged", c.blocks_refused),
+    ]
+    .iter()
+    .chain(more)
+    .filter(|&&(_, n)| n > 0)
+    .map(|&(name, n)| Bar::new(name, n, n as f64))
+    .collect();
+    page.heading("Refusals and retries");
+    if rows.is_empty() {
+        page.text("None.");
+    } else {
+        page.bars(&rows);
+    }
+}
+
+/// A table of the lines of a node's memory.
+pub(super) fn memory(page: &mut Page, lines: &[Line<'_>]) {
+    let rows: Vec<_> = lines
+        .iter()
+        .map(|line| {
+            vec![
+                line.name.to_owned(),
+                line.capacity.to_string(),
+                line.peak.to_string(),
+                line.bytes.to_string(),
+                line.peak_bytes.to_string(),
+                percent(part(line.peak_bytes as u64, line.bytes as u64)),
+            ]
+        })
+        .collect();
+    let heads =
+        ["line", "items planned", "most in use", "bytes planned", "most in use", "of the plan"];
+    page.table(&heads, &rows);
+    page.soft("'Most in use' is of the node that had the most in this line.");
+}
+
+/// Rays by kind, and what was skipped.
+pub(super) fn rays(page: &mut Page, scene: &Scene, c: &Counts) {
+    page.heading("Rays");
+    let rows = [
+        ("primary", c.shade.primary),
+        ("shadow", c.shade.shadow),
+        ("specular", c.shade.specular),
+        ("sent to another node", c.migrated),
+        ("run for another node", c.visitors),
+    ];
+    page.bars(&rows.map(|(name, n)| Bar::new(name, count(n), n as f64)));
+    html::skipped(page, scene, &report::skipped(scene, &c.shade));
+}
+
+/// A share; of nothing, 0.
+pub(super) fn part(of: u64, all: u64) -> f64 {
+    of as f64 / all.max(1) as f64
+}
+
+/// The sum of what nodes say, which may be anything.
+pub(super) fn total(counts: impl Iterator<Item = u64>) -> u64 {
+    counts.fold(0, u64::saturating_add)
+}
