@@ -88,6 +88,7 @@ impl<'a> Bench<'a> {
             patience: Time(1 << 20),
             bundle_age: Time(1 << 12),
             group: 0,
+            deaths_told: false,
         };
         (plan, settings, mesh)
     }

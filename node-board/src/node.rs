@@ -117,6 +117,7 @@ fn node<'a>(
         patience: Time(1),
         bundle_age: Time(1),
         group: 0,
+        deaths_told: false,
     };
     let budget = plan.budget(size_of_val(memory)).map_err(PictureError::Memory)?;
     let rom = Rom::of_file(file.block_section(), limits.block_bytes, settings.placement, HERE);

@@ -6,12 +6,14 @@ use kiloray_render::MeshLayout;
 
 use crate::{Link, Options, Profile};
 
-/// Divides a run, with time limits that suit its links.
+/// Divides a run, with time limits that suit its links. Routers outlive their nodes here, and tell of deaths.
 pub(crate) fn layout(file: &KiloView<'_>, options: &Options) -> Result<MeshLayout, BudgetError> {
     let (link, mesh) = (&options.link, Mesh::new(options.mesh.topology));
-    MeshLayout::new(file, &options.mesh, |packet| {
+    let mut layout = MeshLayout::new(file, &options.mesh, |packet| {
         (patience(link, &options.profile, packet, &mesh), bundle_age(link, packet))
-    })
+    })?;
+    layout.settings.deaths_told = true;
+    Ok(layout)
 }
 
 /// How long a request may stay unanswered at first: many times the way across the mesh and what a node does between two looks

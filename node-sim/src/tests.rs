@@ -257,6 +257,21 @@ fn a_lost_block_is_named_soon() {
     }
 }
 
+#[test]
+fn what_lives_is_never_lost() {
+    let file = scene("glass", 1024);
+    let mut options = options(&file, "ring", 16);
+    options.mesh.memory = 32 << 10;
+    (options.faults.loss, options.faults.duplicate) = (Rate { count: 1, of: 5 }, Rate::default());
+    let lossy = same(&file, &options).report;
+    assert!(lossy.totals.counts.fetches_again > 0);
+    options.faults.loss = Rate::default();
+    options.faults.slow = vec![Slow { node: NodeId(3), factor: 1e6 }];
+    same(&file, &options);
+    (options.faults.slow, options.faults.jitter) = (Vec::new(), 1_000_000_000);
+    same(&file, &options);
+}
+
 /// A mesh in which everything is chosen by chance.
 fn any_options(file: &KiloFile) -> impl Strategy<Value = Options> {
     let view = file.view().views()[0];

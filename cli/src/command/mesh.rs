@@ -58,14 +58,28 @@ pub(super) fn greatest<'a>(all: impl Iterator<Item = Line<'a>>) -> Vec<Line<'a>>
     lines
 }
 
+/// Why a block counts as lost: in a simulation dead nodes' routers tell of deaths, elsewhere nobody does.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Why {
+    NoneLives,
+    NoneAnswers,
+}
+
+impl Why {
+    /// The words.
+    pub(super) fn lost(self, block: u32) -> String {
+        let why = match self {
+            Self::NoneLives => "no living node holds a copy",
+            Self::NoneAnswers => "of those that hold a copy none has answered",
+        };
+        format!("block {block} is lost: {why}")
+    }
+}
+
 /// Says that the picture is not complete, and why.
-pub(super) fn incomplete(page: &mut Page, lost: Option<u32>) {
+pub(super) fn incomplete(page: &mut Page, lost: Option<u32>, why: Why) {
     page.warning(match lost {
-        Some(block) => {
-            format!(
-                "The picture is incomplete: block {block} is lost, no living node holds a copy."
-            )
-        }
+        Some(block) => format!("The picture is incomplete: {}.", why.lost(block)),
         None => "The picture is incomplete: the run was stopped.".into(),
     });
 }

@@ -5,7 +5,8 @@ use super::rules::Rule;
 use super::slots::{FetchSlot, RaySlot, Root, RootState, Serve, ShadowSlot, Stage};
 use super::tiles::Tiles;
 use super::{
-    Counts, Lack, Next, NodePlan, Progress, RayKind, Rom, Settings, ShadowPolicy, Time, Work, World,
+    Counts, Lack, Next, NodePlan, Prefetch, Progress, RayKind, Rom, Settings, ShadowPolicy, Time,
+    Work, World,
 };
 use crate::network::{Channel, Mesh, NodeId, Router};
 use crate::protocol::Message;
@@ -113,6 +114,9 @@ impl<'a, W: World> Node<'a, W> {
         // A shadow ray that migrates is a task of its own.
         let migrates = settings.schedule.migrates(RayKind::Shadow);
         let shadow = if migrates { ShadowPolicy::Keep } else { settings.shadow };
+        // Who has all blocks need not look for those to fetch.
+        let has_all = rom.len() >= settings.placement.blocks as usize;
+        let prefetch = if has_all { Prefetch::Nearest(0) } else { settings.prefetch };
         let router = Router::new(arena, mesh, here, plan.router)?;
         let payload = plan.payload();
         let outbox = Outbox::new(
@@ -125,7 +129,7 @@ impl<'a, W: World> Node<'a, W> {
         let pixels = plan.tiles.saturating_mul(plan.pixels());
         Ok(Self {
             world,
-            settings: Settings { shadow, ..settings },
+            settings: Settings { shadow, prefetch, ..settings },
             here,
             router,
             outbox,

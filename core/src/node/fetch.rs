@@ -9,8 +9,8 @@ use crate::protocol::{Item, Message, write};
 use crate::store::{Claim, Place};
 use bytemuck::Zeroable;
 
-/// Requests without an answer, for each holder, after which a block counts as lost, and two more for each hop beyond so many: where each link loses
-/// one packet in 100, the other side of a ring of 256 nodes answers one request in thirteen, and none of 256 with a chance of 2e-9.
+/// Requests without an answer, for each holder, after which a block counts as lost where nobody tells of deaths, and two more for each hop beyond so
+/// many: where each link loses one packet in 100, the other side of a ring of 256 nodes answers one request in thirteen, and none of 256 with a chance of 2e-9.
 const FETCH_TRIES: u16 = 16;
 const NEAR: u16 = 8;
 /// Its time limits are doubled so often at most.
@@ -135,7 +135,8 @@ impl<W: World> Node<'_, W> {
             fetch.state = TO_BE_SENT;
             self.unsent = true;
             let all_gone = self.owner_for(fetch.block, None, fetch.gone).is_none();
-            if all_gone || fetch.tries >= self.most_tries(fetch.block) {
+            let in_vain = fetch.tries >= self.most_tries(fetch.block);
+            if all_gone || (in_vain && !self.is_told_of_deaths()) {
                 // It goes on asking: who was thought dead may come back.
                 self.lost = Some(fetch.block);
                 fetch.gone = 0;
@@ -152,13 +153,19 @@ impl<W: World> Node<'_, W> {
         self.settings.limit(self.fetch_time).doubled(round.min(DOUBLINGS) as u8)
     }
 
-    /// Requests for a block, to all its holders, after which it counts as lost.
+    /// Requests for a block, to all its holders, after which it counts as lost where nobody tells of deaths.
     fn most_tries(&self, block: u32) -> u16 {
         let placement = &self.settings.placement;
         let holders = (0..placement.copies()).filter_map(|copy| placement.owner(block, copy));
         let hops = holders.map(|holder| self.router.mesh().distance(self.here, holder)).max();
         let far = hops.unwrap_or(0).saturating_sub(NEAR).saturating_mul(2);
         placement.copies().saturating_mul(FETCH_TRIES.saturating_add(far))
+    }
+
+    /// Whether it hears of the deaths of all holders of a block; there are bits for so many.
+    fn is_told_of_deaths(&self) -> bool {
+        let all_known = u32::from(self.settings.placement.copies()) <= u16::BITS;
+        self.settings.deaths_told && all_known
     }
 
     /// A piece of a block has gone to its frame, or was dropped.

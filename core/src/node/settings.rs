@@ -23,6 +23,9 @@ pub struct Settings {
     pub bundle_age: Time,
     /// Nodes for each sub-master; 0 for none: all ask the host.
     pub group: u16,
+    /// Who has heard that all holders of a block are gone ([`Message::Gone`](crate::protocol::Message::Gone)), and nobody else, calls it lost: the routers of
+    /// dead nodes outlive them and say so. Otherwise many requests in vain do.
+    pub deaths_told: bool,
 }
 
 impl Settings {

@@ -164,6 +164,7 @@ impl Setup {
             patience: self.patience,
             bundle_age: self.bundle_age,
             group: self.group,
+            deaths_told: false,
         }
     }
 

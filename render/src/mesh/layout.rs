@@ -166,6 +166,7 @@ impl MeshLayout {
             patience,
             bundle_age,
             group: options.group,
+            deaths_told: false,
         };
         Ok(Self { settings, plans, budgets, block_bytes })
     }

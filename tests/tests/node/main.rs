@@ -98,6 +98,7 @@ fn by_two_nodes(
         patience: PATIENCE,
         bundle_age: Time(1_000),
         group: 0,
+        deaths_told: false,
     };
     let plan = |here| {
         let owned = Rom::of_file(&[], BLOCK_BYTES, placement, here).len();

@@ -34,7 +34,7 @@ use self::{
     lines::Lines,
     nodes::{Kind, Nodes, Parts},
 };
-use super::engine;
+use super::{engine, mesh::Why};
 use crate::{
     args,
     console::{count, line},
@@ -161,7 +161,8 @@ pub(super) fn run(board: &args::Board) -> Outcome {
     match done.end {
         End::Complete => Ok(()),
         End::Lost(block) => Err(Failure::new(format_args!(
-            "block {block} is lost: no board holds a copy; what was rendered is in {}",
+            "{}; what was rendered is in {}",
+            Why::NoneAnswers.lost(block),
             path.display()
         ))),
         End::Stopped => Err(Failure::new(format_args!(

@@ -19,7 +19,7 @@ use prepare::{Prepared, prepare};
 
 use super::{
     html::{self, Shown},
-    mesh::{self, Line, Loss, total},
+    mesh::{self, Line, Loss, Why, total},
     node::refused,
 };
 use crate::{
@@ -148,7 +148,8 @@ pub(super) fn run(host: &args::Host) -> Outcome {
     match (complete, outcome.lost) {
         (true, _) => Ok(()),
         (false, Some(block)) => Err(Failure::new(format_args!(
-            "block {block} is lost: no living node holds a copy; what was rendered is in {}",
+            "{}; what was rendered is in {}",
+            Why::NoneAnswers.lost(block),
             path.display()
         ))),
         (false, None) => Err(Failure::new(format_args!(

@@ -6,7 +6,7 @@ use super::Run;
 use crate::{
     command::{
         html::Shown,
-        mesh::{self, part, total},
+        mesh::{self, Why, part, total},
     },
     console::{bytes, count, duration, percent},
     page::Page,
@@ -18,7 +18,7 @@ pub(super) fn page(run: &Run<'_>, shown: &Shown<'_>) -> String {
     let named = run.mesh();
     let mut page = Page::new(&format!("{} on {named}", run.scene.name));
     if !outcome.complete {
-        mesh::incomplete(&mut page, outcome.lost);
+        mesh::incomplete(&mut page, outcome.lost, Why::NoneAnswers);
     }
     page.cards(&cards(run));
     page.raw("<div class=\"beside\"><div>\n");

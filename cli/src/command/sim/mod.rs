@@ -25,7 +25,7 @@ pub(super) use self::{
 };
 use super::{
     division, engine, html,
-    mesh::{self, Line},
+    mesh::{self, Line, Why},
 };
 use crate::{
     args,
@@ -106,7 +106,8 @@ pub(super) fn run(sim: &args::Sim) -> Outcome {
         }
         (true, _) => Ok(()),
         (false, Some(block)) => Err(Failure::new(format_args!(
-            "block {block} is lost: no living node holds a copy; what was rendered is in {}",
+            "{}; what was rendered is in {}",
+            Why::NoneLives.lost(block),
             path.display()
         ))),
         (false, None) => Err(Failure::new(format_args!(

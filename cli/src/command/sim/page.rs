@@ -10,7 +10,7 @@ use crate::{
     command::{
         division,
         html::Shown,
-        mesh::{self, part},
+        mesh::{self, Why, part},
     },
     console::{bytes, count, duration, percent},
     page::{Bar, Page},
@@ -23,7 +23,7 @@ pub(super) fn page(run: &Run<'_>, shown: &Shown<'_>) -> String {
     let mut page = Page::new(&format!("{} on {}", run.scene.name, run.topology));
     page.soft(summary::mesh(run));
     if !outcome.complete {
-        mesh::incomplete(&mut page, outcome.lost);
+        mesh::incomplete(&mut page, outcome.lost, Why::NoneLives);
     }
     page.cards(&cards(run));
     page.raw("<div class=\"beside\"><div>\n");

@@ -19,7 +19,10 @@ use self::{
     point::{Point, points},
     table::Row,
 };
-use super::sim::{self, Baseline, Done};
+use super::{
+    mesh::Why,
+    sim::{self, Baseline, Done},
+};
 use crate::{
     args,
     console::line,
@@ -183,7 +186,7 @@ fn one(job: &Job<'_>) -> Ended {
             Ended::Mesh(match ended {
                 Ok(outcome) if outcome.complete => Ok(Box::new(Done::of_point(outcome))),
                 Ok(outcome) => Err(match outcome.lost {
-                    Some(block) => format!("block {block} is lost: no living node holds a copy"),
+                    Some(block) => Why::NoneLives.lost(block),
                     None => "interrupted".into(),
                 }),
                 Err(error) => Err(sim::refused(error).message().to_owned()),

@@ -193,6 +193,7 @@ impl<'a> World<'a> {
             patience: Time(1 << 20),
             bundle_age: Time(if setup.hasty { 0 } else { 1 << 12 }),
             group: setup.group,
+            deaths_told: false,
         };
         let nodes: Vec<_> = node_memory
             .iter_mut()

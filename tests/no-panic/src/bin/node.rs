@@ -47,6 +47,7 @@ fn settings() -> Settings {
         patience: Time(any()),
         bundle_age: Time(any()),
         group: any(),
+        deaths_told: any(),
     }
 }
 
