@@ -36,6 +36,18 @@ pub(crate) fn bytes(n: u64) -> String {
     }
 }
 
+/// Bytes per second in decimal units, as links are sold by.
+pub(crate) fn rate(n: u64) -> String {
+    let (value, unit) = match n {
+        0..1_000 => return format!("{n} B/s"),
+        1_000..1_000_000 => (n as f64 / 1e3, "kB/s"),
+        1_000_000..1_000_000_000 => (n as f64 / 1e6, "MB/s"),
+        _ => (n as f64 / 1e9, "GB/s"),
+    };
+    // No more figures than it has: 1 GB/s, 12.5 MB/s.
+    format!("{} {unit}", (value * 100.0).round() / 100.0)
+}
+
 /// A length of time in nanoseconds, in three figures.
 pub(crate) fn duration(ns: u64) -> String {
     let (value, unit) = match ns {
@@ -59,6 +71,8 @@ mod tests {
 
     #[test]
     fn numbers_are_short() {
+        let rates = [999, 1_000, 2_500_000, 125_000_000, 1_000_000_000, 10_125_000_000].map(rate);
+        assert_eq!(rates, ["999 B/s", "1 kB/s", "2.5 MB/s", "125 MB/s", "1 GB/s", "10.13 GB/s"]);
         let all = [0, 9_999, 12_345, 1_000_000, 2_345_678_901].map(count);
         assert_eq!(all, ["0", "9999", "12.3 k", "1.00 M", "2.35 G"]);
         assert_eq!(

@@ -33,4 +33,4 @@ pub use report::{
     MeshReport, MessageReport, NodeReport, NodeTime, Report, Sample, TileReport, Timeline, Totals,
     TraceEvent, TraceFlow,
 };
-pub use simulate::simulate;
+pub use simulate::{TASK_BYTES, simulate};

@@ -15,6 +15,8 @@ pub struct Options {
     pub view: View,
     /// The links.
     pub link: Link,
+    /// Greatest age of messages that wait for others to the same node \[ns\]; [`Link::bundle_age`] where nothing is said.
+    pub bundle_age: Option<u64>,
     /// How long operations take.
     pub profile: Profile,
     /// What goes wrong.
@@ -35,6 +37,7 @@ impl Options {
             mesh: MeshOptions::new(width, height, topology),
             view,
             link: Link::default(),
+            bundle_age: None,
             profile: Profile::PC,
             faults: Faults::default(),
             seed: 0,
@@ -160,4 +163,6 @@ pub struct Status {
     pub virtual_ns: u64,
     /// Events of the simulation so far.
     pub events: u64,
+    /// Rays traced so far.
+    pub rays: u64,
 }

@@ -1,4 +1,4 @@
-use kiloray_render::Picture;
+use kiloray_render::{MeshOptions, Picture};
 
 use crate::Report;
 
@@ -13,6 +13,8 @@ pub struct Outcome {
     pub lost: Option<u32>,
     /// Pixels whose sum was too great to count.
     pub overflows: u64,
+    /// How the run was divided: the options, with what was found where nothing was said.
+    pub division: MeshOptions,
     /// What was done.
     pub report: Report,
 }

@@ -10,7 +10,8 @@ use crate::{Link, Options, Profile};
 pub(crate) fn layout(file: &KiloView<'_>, options: &Options) -> Result<MeshLayout, BudgetError> {
     let (link, mesh) = (&options.link, Mesh::new(options.mesh.topology));
     let mut layout = MeshLayout::new(file, &options.mesh, |packet| {
-        (patience(link, &options.profile, packet, &mesh), bundle_age(link, packet))
+        let bundle_age = options.bundle_age.unwrap_or_else(|| link.bundle_age(packet));
+        (patience(link, &options.profile, packet, &mesh), Time(bundle_age))
     })?;
     layout.settings.deaths_told = true;
     Ok(layout)
@@ -23,9 +24,4 @@ fn patience(link: &Link, profile: &Profile, packet: usize, mesh: &Mesh) -> Time 
         + u64::from(mesh.topology().distance(NodeId(0), mesh.topology().antipode()));
     let way = across.saturating_mul(link.latency.saturating_add(link.duration(packet)));
     Time(way.saturating_mul(16).saturating_add((profile.typical_ray() * 1000.0) as u64))
-}
-
-/// How long messages wait for others to the same node: as long as a packet is on its way to the next.
-fn bundle_age(link: &Link, packet: usize) -> Time {
-    Time(link.latency.saturating_add(link.duration(packet)).saturating_mul(2))
 }

@@ -21,10 +21,14 @@ use crate::{
     Status, Totals,
 };
 
-/// Events after which the caller is told how far the run is.
+/// Events after which the caller is told how far the run is; more, where there are many nodes to look at.
 const EVENTS_PER_STATUS: u64 = 1024;
+const EVENTS_PER_NODE: u64 = 16;
 /// Events without a new pixel after which a run is given up, for each node: nothing takes so long.
 const EVENTS_PER_PIXEL: u64 = 1 << 20;
+
+/// What the task of a node takes beside the memory that it divides, on this machine \[bytes\].
+pub const TASK_BYTES: usize = size_of::<Node<'static, Picture<'static, Auto, ThreadScratch>>>();
 
 /// Renders a picture of a file in memory on a mesh of simulated nodes.
 ///
@@ -71,6 +75,7 @@ pub fn simulate(
         block_bytes: file.limits().block_bytes,
         trace: options.trace,
     };
+    let division = layout.resolved(&options.mesh);
     let chunks = options.mesh.memory / CHUNK_BYTES;
     let mut arenas = Arenas::new(layout.plans.len(), chunks)?;
     // There may be thousands: nobody needs their plans but they themselves.
@@ -97,6 +102,7 @@ pub fn simulate(
         complete: ledger.is_complete(),
         lost: if end == End::Lost { ledger.lost() } else { None },
         overflows: ledger.overflows(),
+        division,
         report,
     })
 }
@@ -127,7 +133,9 @@ fn drive<'m, W: World + Send>(
     run: &mut SimulatedRun<'m, W>,
     control: &Control<'_>,
 ) -> Result<End, Error> {
-    let patience = EVENTS_PER_PIXEL * (run.nodes.len() as u64).max(64);
+    let nodes = run.nodes.len() as u64;
+    let patience = EVENTS_PER_PIXEL * nodes.max(64);
+    let pause = EVENTS_PER_STATUS.max(EVENTS_PER_NODE * nodes);
     let (mut pixels, mut since, mut told) = (0, 0, 0);
     loop {
         let moves = run.advance();
@@ -142,7 +150,7 @@ fn drive<'m, W: World + Send>(
         if ledger.lost().is_some() {
             return Ok(End::Lost);
         }
-        if run.events - told >= EVENTS_PER_STATUS {
+        if run.events - told >= pause {
             told = run.events;
             if control.cancel.load(Ordering::Relaxed) {
                 return Ok(End::Cancelled);
@@ -152,6 +160,7 @@ fn drive<'m, W: World + Send>(
                 pixels_all: ledger.pixels(),
                 virtual_ns: run.now,
                 events: run.events,
+                rays: run.nodes.iter().map(|place| place.actor.rays()).sum(),
             });
         }
         if !moves || run.events - since > patience {
@@ -172,6 +181,10 @@ impl<'m, W: World> Actor<'m> for Node<'m, W> {
 
     fn stored(&self) -> u32 {
         Node::stored(self) as u32
+    }
+
+    fn rays(&self) -> u64 {
+        self.counts().shade.rays()
     }
 }
 

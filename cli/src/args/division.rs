@@ -32,7 +32,7 @@ pub(crate) struct Division {
     /// Where the hits of rays are shaded, and wait for their shadow rays and reflections: with the node that found them (finder), or with the one that owns what was hit (owner)
     #[arg(long, value_name = "P", value_enum, help_heading = "Work")]
     pub(crate) points: Option<Points>,
-    /// How many blocks are fetched ahead for a bundle of shadow rays: all that its pyramid touches, the K nearest, or none [default: 0]
+    /// How many blocks are fetched ahead for a bundle of shadow rays: all that its pyramid touches, up to 16, the K nearest, or none [default: 0]
     #[arg(long, value_name = "all|K|0", allow_hyphen_values = true, help_heading = "Work")]
     pub(crate) prefetch: Option<Prefetch>,
     /// Which of the waiting rays goes on first: that of the oldest path, or the one whose block came first
@@ -44,7 +44,7 @@ pub(crate) struct Division {
     /// Nodes of a group, of which one asks the host for tiles and gives them to the others; 0: all ask the host [default: 0]
     #[arg(long, value_name = "N", value_parser = group, allow_hyphen_values = true, help_heading = "Work")]
     pub(crate) group: Option<u32>,
-    /// Refusals of a ray after which the node that sent it runs it itself
+    /// How often a ray that was refused is sent again, before the node that sent it runs it itself [default: 3]
     #[arg(long, value_name = "K", value_parser = refusals, allow_hyphen_values = true, help_heading = "Work")]
     pub(crate) refusals: Option<u32>,
 

@@ -5,9 +5,24 @@ pub(crate) const STATICS: u64 = 14 << 10;
 /// The deepest calls and an interrupt \[bytes\].
 pub(crate) const STACK: u64 = 12 << 10;
 
+/// The deepest stack that a node was seen to take: `node-board/painted`, a Cortex-M4F that renders `glass` with all features of materials \[bytes\].
+pub(crate) const PAINTED: u64 = 9_008;
+/// Where that was.
+pub(crate) const PAINTED_ON: &str = "a Cortex-M4F";
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_painted_stack_is_the_deepest_that_is_told() {
+        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../node-board/README.md");
+        let text = std::fs::read_to_string(path).expect("it is there");
+        let line = text.lines().find(|line| line.contains("paints the stack")).expect("a line");
+        let told = line.split_once(" in `glass`").and_then(|(before, _)| before.rsplit_once(' '));
+        let told = told.map(|(_, number)| number.replace(',', "")).expect(line);
+        assert_eq!(told.parse(), Ok(PAINTED));
+    }
 
     /// All but the firmware that also keeps clips of bundles and writes text.
     #[test]

@@ -34,6 +34,9 @@ pub(crate) struct Mesh {
     /// Time of a byte over a link, as in 1us [default: 1us]
     #[arg(long, value_name = "TIME", value_parser = parse_time, allow_hyphen_values = true, help_heading = "Links")]
     pub(crate) link_latency: Option<u64>,
+    /// Greatest age of messages that wait for others to the same node, to share a packet with them [default: as long as two packets take over a link]
+    #[arg(long, value_name = "TIME", value_parser = parse_time, allow_hyphen_values = true, help_heading = "Links")]
+    pub(crate) bundle: Option<u64>,
     /// Whether a router waits for a whole packet (store) or passes on its head at once (cut)
     #[arg(long, value_name = "S", value_enum, help_heading = "Links")]
     pub(crate) switching: Option<Switching>,
@@ -163,10 +166,11 @@ impl FromStr for Prefetch {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
+        const MOST: u16 = kiloray_core::node::Prefetch::MOST;
         match text.parse() {
             _ if text == "all" => Ok(Self::All),
-            Ok(number) => Ok(Self::Nearest(number)),
-            Err(_) => Err("write 'all', or a number of blocks from 0 to 65535".into()),
+            Ok(number) if number <= MOST => Ok(Self::Nearest(number)),
+            _ => Err(format!("write 'all', or a number of blocks from 0 to {MOST}")),
         }
     }
 }
@@ -291,7 +295,7 @@ pub(super) fn group(text: &str) -> Result<u32, String> {
 }
 
 pub(super) fn refusals(text: &str) -> Result<u32, String> {
-    whole(text, 1, 255)
+    whole(text, 0, 255)
 }
 
 pub(super) fn replicas(text: &str) -> Result<u32, String> {

@@ -118,6 +118,8 @@ pub(super) fn add_json(
     all["points"] = json!(options.points);
     all["task_order"] = json!(format!("{:?}", options.order).to_lowercase());
     all["packet"] = json!(options.packet);
+    all["tile"] = json!(options.tile);
+    all["top"] = json!(options.top);
     all["group"] = json!(options.group);
     all["refusals"] = json!(options.refusals);
 }

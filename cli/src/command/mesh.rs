@@ -1,12 +1,13 @@
 //! What is told of a run on a mesh, whatever its nodes are: simulated ones, or processes.
 
 use kiloray_core::node::Counts;
-use kiloray_sim::{MessageReport, TileReport};
+use kiloray_sim::{MessageReport, TASK_BYTES, TileReport};
 use serde::Serialize;
 use serde_json::{Value, json};
 
 use super::{html, report};
 use crate::{
+    args::firmware,
     console::{bytes, count, percent},
     page::{Bar, Page},
     scene::Scene,
@@ -23,9 +24,18 @@ pub(super) struct Loss {
     pub(super) part: f64,
 }
 
-/// Losses, by name.
+/// Losses, by name. (None is -0, which a table of numbers would show.)
 pub(super) fn losses_json(losses: &[Loss]) -> Value {
-    losses.iter().map(|loss| (loss.name.to_owned(), json!(loss.part))).collect()
+    losses.iter().map(|loss| (loss.name.to_owned(), json!(loss.part + 0.0))).collect()
+}
+
+/// What came, was of no use and was dropped.
+pub(super) fn dropped_json(counts: &Counts) -> Value {
+    json!({
+        "packets_damaged": counts.damaged,
+        "blocks_damaged": counts.blocks_refused,
+        "unasked": counts.unasked,
+    })
 }
 
 /// A line of a node's memory.
@@ -82,6 +92,21 @@ pub(super) fn incomplete(page: &mut Page, lost: Option<u32>, why: Why) {
         Some(block) => format!("The picture is incomplete: {}.", why.lost(block)),
         None => "The picture is incomplete: the run was stopped.".into(),
     });
+}
+
+/// What a node takes beside the memory that it divides.
+pub(super) fn beside() -> String {
+    format!(
+        "Beside it a node takes {TASK_BYTES} bytes of this machine's memory for its task (`size_of`), and a stack: {} bytes where it was measured, on {}.",
+        firmware::PAINTED,
+        firmware::PAINTED_ON
+    )
+}
+
+/// The same, for scripts.
+pub(super) fn beside_json() -> Value {
+    let (stack, on) = (firmware::PAINTED, firmware::PAINTED_ON);
+    json!({ "task": TASK_BYTES, "stack_measured": stack, "stack_measured_on": on })
 }
 
 /// The part of the accesses that hit the cache.

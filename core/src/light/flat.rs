@@ -45,7 +45,7 @@ enum Near {
 pub(super) struct Found {
     pub(super) direction: Vec3,
     pub(super) distance: f32,
-    /// One over the density [sr].
+    /// One over the density \[sr\].
     pub(super) inverse: f32,
     /// See [`Aim::density`].
     pub(super) density: f32,

@@ -29,7 +29,7 @@ impl fmt::Display for TopologyError {
                 "unknown topology: line, ring, mesh[:8x8], torus[:4x4x4], hypercube, tree[:4] and full are known",
             ),
             Self::BadSizes => f.write_str(
-                "bad sizes: a mesh or torus takes up to 15 sizes above zero as in 8x8, a tree its number of children",
+                "bad sizes: a mesh or torus takes up to 15 sizes above zero as in 8x8, a tree its number of children, others none: they follow from the number of nodes",
             ),
             Self::OtherCount { sizes, nodes } => {
                 write!(f, "the sizes of the topology make {sizes} nodes, not {nodes}")

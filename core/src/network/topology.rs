@@ -25,7 +25,7 @@ pub struct Hop {
 ///
 /// Routes are shortest, a function of place and destination alone, and free of deadlock: grids route in
 /// order of dimensions, wrapping ones with a dateline (Dally & Seitz 1987, "Deadlock-free message
-/// routing in multiprocessor interconnection networks"), trees up and then down.
+/// routing in multiprocessor interconnection networks"), trees up and then down (rule 2 of the mesh).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Topology {
     /// Line, ring, mesh, torus and hypercube.

@@ -312,7 +312,7 @@ impl<W: World> Node<'_, W> {
     }
 }
 
-/// The router of a dead node tells who has asked it, if there is room: who hears nothing asks again.
+/// The router of a dead node tells who has asked it, if there is room: who hears nothing asks again (rule 16).
 pub fn tell_gone(router: &mut Router<'_>, asked_by: NodeId) {
     let mut payload = [0; Item::BYTES];
     if write(&mut payload, 0, &Message::Gone).is_some() {

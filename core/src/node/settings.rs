@@ -121,19 +121,22 @@ impl PointHome {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
 pub enum Prefetch {
-    /// All that its pyramid touches, as far as frames and requests are free.
+    /// All that its pyramid touches, up to [`MOST`](Self::MOST), as far as frames and requests are free.
     All,
     /// The nearest so many; 0: a block is fetched when a ray needs it.
     Nearest(u16),
 }
 
 impl Prefetch {
+    /// Most blocks for one bundle.
+    pub const MOST: u16 = 16;
+
     /// Most blocks.
     #[must_use]
     pub(super) const fn most(self) -> usize {
         match self {
-            Self::All => usize::MAX,
-            Self::Nearest(blocks) => blocks as usize,
+            Self::Nearest(blocks) if blocks < Self::MOST => blocks as usize,
+            Self::All | Self::Nearest(_) => Self::MOST as usize,
         }
     }
 }

@@ -1,11 +1,9 @@
 use super::slots::{RaySlot, ShadowSlot};
-use super::{Lit, Node, RayKind, Time, Traced, World};
+use super::{Lit, Node, Prefetch, RayKind, Time, Traced, World};
 use crate::render::BUNDLE;
 use crate::shade::{PathRay, Shadow, Sum};
 use crate::trace::Trail;
 
-/// Blocks that are asked for ahead at once, at most.
-const AHEAD: usize = 16;
 /// Shadow rays traced one by one in a step, at least.
 const SHADOWS_PER_STEP: u32 = 2;
 /// A ray alone costs as much as so many of a bundle.
@@ -121,8 +119,8 @@ impl<W: World> Node<'_, W> {
         let count = if clear { skipped } else { count.min(BUNDLE) };
         let first = self.fresh.saturating_sub(count);
         let bundle = self.shadows.get(first..self.fresh).unwrap_or_default();
-        let mut room = [0; AHEAD];
-        let most = if clear { 0 } else { self.settings.prefetch.most().min(AHEAD) };
+        let mut room = [0; Prefetch::MOST as usize];
+        let most = if clear { 0 } else { self.settings.prefetch.most() };
         let ahead = match room.get_mut(..most) {
             Some(room) if most > 0 => {
                 let rays = bundle.iter().map(|slot| &slot.shadow);

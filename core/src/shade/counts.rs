@@ -27,6 +27,12 @@ pub struct Counts {
 }
 
 impl Counts {
+    /// All that were traced.
+    #[must_use]
+    pub const fn rays(&self) -> u64 {
+        self.primary.saturating_add(self.shadow).saturating_add(self.specular)
+    }
+
     /// Adds what another has counted.
     pub fn add(&mut self, other: &Self) {
         let pairs = [

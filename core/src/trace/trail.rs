@@ -10,7 +10,7 @@ use crate::block::format::DEPTH_MAX;
 /// It is the child that comes next, and on each level above it which octant was taken, by its place in the order of the
 /// ray's signs: a path from the root (Laine, Restart Trail for Stackless BVH Traversal, 2010). All octants before the path
 /// are done; those behind it are found again, when all below the child is done, by a second visit of the nodes on the path. That
-/// order is a function of ray and node alone, so a ray may go on with any lanes on any machine that has the blocks. Laine's trail
+/// order is a function of ray and node alone, so a ray may go on with any lanes on any machine that has the blocks, and needs one of them at a time, however many it passes through (rule 12 of the mesh). Laine's trail
 /// has one bit a level, as its nodes have two children, and starts from the root each time; this one begins at
 /// the child, so that a ray that will find nothing behind its path never comes back to it.
 ///

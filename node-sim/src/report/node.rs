@@ -65,6 +65,11 @@ impl NodeTime {
         self.trace + self.shade + self.clip + self.messages + self.copies + self.checks
     }
 
+    /// The part of its work that one node would have to do as well: tracing and shading.
+    pub(crate) fn useful(&self) -> f32 {
+        (self.trace + self.shade) as f32 / self.busy().max(1) as f32
+    }
+
     /// Idle, for whatever reason.
     #[must_use]
     pub fn idle(&self) -> u64 {

@@ -14,6 +14,8 @@ pub struct Timeline {
 pub struct Sample {
     /// Nodes at work, on average.
     pub busy: f64,
+    /// Of them, those that traced and shaded: over all nodes the efficiency of this step.
+    pub useful: f64,
     /// Nodes that waited for blocks, answers or room to send, on average.
     pub waiting: f64,
     /// Nodes without work, on average.

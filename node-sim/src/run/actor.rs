@@ -14,6 +14,11 @@ pub(crate) trait Actor<'m> {
         0
     }
 
+    /// Rays that it has traced.
+    fn rays(&self) -> u64 {
+        0
+    }
+
     /// Pixels that it knows to be complete.
     fn pixels(&self) -> u64 {
         0

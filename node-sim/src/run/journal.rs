@@ -58,8 +58,8 @@ pub(crate) enum Moment {
 /// What a place did for a while.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Span {
-    /// It worked.
-    Busy { from: u64, to: u64 },
+    /// It worked; of that this part was tracing and shading.
+    Busy { from: u64, to: u64, useful: f32 },
     /// It waited.
     Waiting { from: u64, to: u64 },
     /// It sent so many bytes.

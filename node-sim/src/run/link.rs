@@ -74,6 +74,12 @@ impl Link {
         self.latency.saturating_add(self.duration(PacketHeader::BYTES))
     }
 
+    /// How long messages wait for others to the same node by default: twice as long as a packet is on its way to the next \[ns\].
+    #[must_use]
+    pub fn bundle_age(&self, packet: usize) -> u64 {
+        self.latency.saturating_add(self.duration(packet)).saturating_mul(2)
+    }
+
     /// How long a link is busy with so many bytes: at least 1 ns.
     pub(crate) fn duration(&self, bytes: usize) -> u64 {
         const SECOND: u64 = 1_000_000_000;

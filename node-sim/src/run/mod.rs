@@ -187,7 +187,7 @@ impl<'m, N: Actor<'m> + Send, H: Actor<'m>> Run<'m, N, H> {
         // Behind what holds from a moment on: where the line grows, it goes on with that.
         for span in journal.spans.drain(..) {
             match span {
-                Span::Busy { from, to } => timeline.busy(from, to),
+                Span::Busy { from, to, useful } => timeline.busy(from, to, useful),
                 Span::Waiting { from, to } => timeline.waiting(from, to),
                 Span::Sent { at, bytes } => timeline.bytes(at, bytes),
             }

@@ -374,12 +374,12 @@ impl<'m, A: Actor<'m>> Place<'m, A> {
     fn done(&mut self) {
         let state = &mut self.state;
         let Phase::Busy { then } = state.phase else { return };
-        let since = state.since;
+        let (since, useful) = (state.since, state.step.useful());
         state.since = self.now;
         state.time += state.step;
         // Until something is found to go on with.
         state.phase = Phase::Idle(then.unwrap_or(Lack::Tiles));
-        self.was(Span::Busy { from: since, to: self.now });
+        self.was(Span::Busy { from: since, to: self.now, useful });
         self.router().release();
         self.serve();
         if then.is_none() || self.state.news || self.state.until <= self.now {
@@ -411,7 +411,8 @@ impl<'m, A: Actor<'m>> Place<'m, A> {
         let (since, now) = (self.state.since, self.now);
         if let Phase::Busy { .. } = self.state.phase {
             self.state.time += self.state.step.first(now - since);
-            self.was(Span::Busy { from: since, to: now });
+            let useful = self.state.step.useful();
+            self.was(Span::Busy { from: since, to: now, useful });
             self.state.since = now;
             self.state.phase = Phase::Idle(Lack::Tiles);
         }

@@ -18,6 +18,8 @@ pub(crate) struct TimelineRecorder {
 struct Step {
     /// Node time at work \[ns\].
     busy: u64,
+    /// Of that, tracing and shading \[ns\].
+    useful: f64,
     /// Node time waiting \[ns\].
     waiting: u64,
     stored: u64,
@@ -33,9 +35,12 @@ impl Default for TimelineRecorder {
 }
 
 impl TimelineRecorder {
-    /// A node was at work.
-    pub(crate) fn busy(&mut self, from: u64, to: u64) {
-        self.spread(from, to, |step, ns| step.busy += ns);
+    /// A node was at work, this part of it tracing and shading.
+    pub(crate) fn busy(&mut self, from: u64, to: u64, useful: f32) {
+        self.spread(from, to, |step, ns| {
+            step.busy += ns;
+            step.useful += ns as f64 * f64::from(useful);
+        });
     }
 
     /// A node waited.
@@ -73,6 +78,7 @@ impl TimelineRecorder {
             let (busy, waiting) = (step.busy as f64 / length, step.waiting as f64 / length);
             Sample {
                 busy,
+                useful: step.useful / length,
                 waiting,
                 idle: (f64::from(nodes) - busy - waiting).max(0.0),
                 stored: step.stored,
@@ -104,6 +110,7 @@ impl TimelineRecorder {
             let join = |pair: &[Step]| match *pair {
                 [a, b] => Step {
                     busy: a.busy + b.busy,
+                    useful: a.useful + b.useful,
                     waiting: a.waiting + b.waiting,
                     stored: a.stored.max(b.stored),
                     link_bytes: a.link_bytes + b.link_bytes,
@@ -131,7 +138,7 @@ mod tests {
         let mut line = TimelineRecorder::default();
         let end = 3 << 20;
         for start in (0..end).step_by(1024) {
-            line.busy(start, start + 512);
+            line.busy(start, start + 512, 0.25);
             line.waiting(start + 512, start + 768);
             line.bytes(start, 7);
             match start {
@@ -146,7 +153,7 @@ mod tests {
         let bytes: u64 = line.samples.iter().map(|sample| sample.link_bytes).sum();
         assert_eq!(bytes, 7 * 3 * 1024);
         for sample in &line.samples {
-            assert!((sample.busy, sample.waiting) == (0.5, 0.25));
+            assert!((sample.busy, sample.useful, sample.waiting) == (0.5, 0.125, 0.25));
             assert!((sample.idle - 1.25).abs() < 1e-9, "{sample:?}");
         }
         let at = |ns: u64| line.samples[(ns / line.step_ns) as usize];

@@ -177,6 +177,17 @@ impl MeshLayout {
         self.plans.first().map_or(1, |plan| plan.side as u32)
     }
 
+    /// The options, with what was found where nothing was said: packet, tile, top of the tree.
+    #[must_use]
+    pub fn resolved(&self, options: &MeshOptions) -> MeshOptions {
+        MeshOptions {
+            packet: self.packet(),
+            tile: Some(self.side() as u16),
+            top: Some(self.settings.placement.top),
+            ..*options
+        }
+    }
+
     /// Greatest packet, header included \[bytes\].
     #[must_use]
     pub fn packet(&self) -> u16 {

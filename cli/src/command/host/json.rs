@@ -4,7 +4,7 @@ use serde_json::{Value, json};
 use super::Run;
 use crate::command::{
     division,
-    mesh::{losses_json, total},
+    mesh::{dropped_json, losses_json, total},
     report,
 };
 
@@ -89,6 +89,7 @@ impl Run<'_> {
             },
             "tiles": TileReport::from(outcome.ledger),
             "refusals": counts.refused,
+            "dropped": dropped_json(counts),
             "run_at_home": counts.run_at_home,
             "overflows": outcome.overflows,
             "lost": losses_json(&self.lost()),

@@ -35,12 +35,13 @@ pub(super) fn prepare(host: &args::Host) -> Outcome<Prepared> {
     if host.common.threads.is_some() {
         return Err(Failure::usage("--threads: a node is one process; --nodes says how many"));
     }
-    let prepared = match &host.config {
+    let mut prepared = match &host.config {
         Some(path) => of_config(host, path)?,
         None => of_options(host)?,
     };
     // What cannot be is found before there are processes.
-    Job::new(&prepared.config, &prepared.scene.file.view()).map_err(refused)?;
+    let job = Job::new(&prepared.config, &prepared.scene.file.view()).map_err(refused)?;
+    prepared.options = job.layout.resolved(&prepared.options);
     Ok(prepared)
 }
 

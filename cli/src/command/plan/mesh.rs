@@ -3,7 +3,7 @@ use kiloray_sim::{Error, MeshOptions, MeshPlan, NodeShare, Options, plan};
 use serde_json::json;
 
 use super::{
-    super::{division, engine, sim},
+    super::{division, engine, mesh, sim},
     lines,
 };
 use crate::{
@@ -70,6 +70,7 @@ pub(super) fn run(arguments: &args::Plan) -> Outcome {
             "block_bytes": block_bytes,
             "owned": { "least": owned.0, "most": owned.1, "in_arena": options.mesh.owned_in_arena, "would_fit": share.in_arena.is_none() },
             "tables_bytes": file.header().blocks_at,
+            "beside": mesh::beside_json(),
         });
         output.write(format!("{value:#}\n").as_bytes())?;
     }
@@ -127,7 +128,8 @@ impl Share<'_> {
         line(format_args!(
             "Read in place too: {} bytes of tables (materials, lights, views).",
             file.header().blocks_at
-        ))
+        ))?;
+        line(format_args!("{}", mesh::beside()))
     }
 }
 

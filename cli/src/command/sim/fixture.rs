@@ -116,6 +116,7 @@ pub(super) fn report(topology: &Topology) -> Report {
             samples: (0..100)
                 .map(|i| Sample {
                     busy: f64::from(n) * 0.7,
+                    useful: f64::from(n) * 0.6,
                     waiting: f64::from(n) * 0.2,
                     idle: f64::from(n) * 0.1,
                     stored: i * 3,

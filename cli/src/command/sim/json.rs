@@ -4,7 +4,7 @@ use serde_json::{Value, json};
 use super::{Run, lost::lost};
 use crate::command::{
     division,
-    mesh::{losses_json, part},
+    mesh::{self, losses_json, part},
     report,
 };
 
@@ -74,6 +74,7 @@ impl Run<'_> {
                 "peak": report.totals.peak_bytes,
                 "peak_node": report.totals.peak_node,
                 "lines": super::lines(report),
+                "beside": mesh::beside_json(),
             },
             "points": points_json(report),
             "cache": {
@@ -90,6 +91,7 @@ impl Run<'_> {
             },
             "tiles": report.tiles,
             "refusals": counts.refused,
+            "dropped": mesh::dropped_json(counts),
             "run_at_home": counts.run_at_home,
             "overflows": outcome.overflows,
             "lost": losses_json(&lost(report, self.done.baseline.as_ref())),
@@ -132,7 +134,10 @@ impl Run<'_> {
             size,
             self.exposure,
         );
-        division::add_json(&mut options, &self.sim.mesh, &o.mesh, &self.topology);
+        let division = &self.done.outcome.division;
+        division::add_json(&mut options, &self.sim.mesh, division, &self.topology);
+        let bundle = o.bundle_age.unwrap_or_else(|| o.link.bundle_age(division.packet.into()));
+        options["bundle"] = json!(bundle);
         options["link_bandwidth"] = json!(o.link.bandwidth);
         options["link_latency"] = json!(o.link.latency);
         options["switching"] = json!(match o.link.switching {

@@ -52,6 +52,7 @@ pub(in crate::command) fn on(
     let mut options = Options::new(divided.width, divided.height, view, divided.topology);
     options.mesh = MeshOptions { owned_in_arena: mesh.owned_in_arena, ..divided };
     options.link = link(mesh, options.link);
+    options.bundle_age = mesh.bundle;
     options.profile = match &mesh.profile {
         args::Profile::Named(name) => Profile::named(name).unwrap_or(Profile::PC),
         args::Profile::File(path) => calibrate::read(path)?,

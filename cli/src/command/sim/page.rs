@@ -12,7 +12,7 @@ use crate::{
         html::Shown,
         mesh::{self, Why, part},
     },
-    console::{bytes, count, duration, percent},
+    console::{bytes, count, duration, percent, rate},
     page::{Bar, Page},
 };
 
@@ -142,6 +142,7 @@ fn memory(page: &mut Page, run: &Run<'_>) {
         if run.options.mesh.owned_in_arena { "in it too" } else { "apart from it, read-only" },
     ));
     mesh::memory(page, &lines(report));
+    page.soft(mesh::beside());
 }
 
 fn faults(page: &mut Page, run: &Run<'_>) {
@@ -186,10 +187,10 @@ fn the_run(page: &mut Page, run: &Run<'_>, shown: &Shown<'_>) {
         (
             "links",
             format!(
-                "{} per second each way, {}, packets of {}, {}",
-                bytes(o.link.bandwidth),
+                "{} each way, {}, packets of {}, {}",
+                rate(o.link.bandwidth),
                 duration(o.link.latency),
-                bytes(o.mesh.packet.into()),
+                bytes(run.done.outcome.division.packet.into()),
                 match o.link.switching {
                     kiloray_sim::Switching::StoreAndForward => "store and forward",
                     kiloray_sim::Switching::CutThrough => "cut through",

@@ -97,9 +97,10 @@ fn mesh(scene: &Scene, options: &Options, cancel: &AtomicBool, quiet: bool) -> O
     let progress = |status: &Status| {
         bar.set(status.pixels);
         bar.message(format!(
-            "{} of {} pixels, {} of virtual time",
+            "{} of {} pixels, {} rays, {} of virtual time",
             count(status.pixels),
             count(status.pixels_all),
+            count(status.rays),
             duration(status.virtual_ns)
         ));
     };

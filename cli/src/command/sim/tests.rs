@@ -19,7 +19,8 @@ fn with_run<T>(line: &str, complete: bool, what: impl FnOnce(&Run<'_>) -> T) -> 
     let options = options(&sim, &scene).unwrap();
     let report = fixture::report(&options.mesh.topology);
     let picture = Picture { width: 4, height: 4, pixels: vec![[0.5; 3]; 16] };
-    let outcome = Outcome { picture, complete, lost: None, overflows: 0, report };
+    let outcome =
+        Outcome { picture, complete, lost: None, overflows: 0, division: options.mesh, report };
     let time = NodeTime { trace: 2_000_000, ..NodeTime::default() };
     let done = Done {
         outcome,

@@ -6,7 +6,7 @@ use super::super::{NodeId, Port};
 use super::{Router, port_bit};
 
 impl Router<'_> {
-    /// Drops all packets for a node that is known to be dead, and gives their credit back.
+    /// Drops all packets for a node that is known to be dead, and gives their credit back (rule 16).
     pub fn forget(&mut self, dead: NodeId) -> u32 {
         self.changed = u64::MAX;
         self.drop_where(|slot| slot.to == dead.0)

@@ -183,6 +183,37 @@ fn a_request_that_has_not_left_is_not_made_again() {
 }
 
 #[test]
+fn what_cannot_be_read_is_counted_and_dropped() {
+    let setup = setup(("line", 2), Schedule::Demand);
+    let (mut chunks, blocks) = memory(&setup);
+    let mut world = World::new(&setup, &mut chunks, &blocks);
+    let mut room = [[0; 64]; 2];
+    let fetch = Message::Fetch { block: 1, offset: 0 };
+    let part = Message::Part { block: 1, offset: 0, bytes: &[7; 16] };
+    let [fetch_len, part_len] =
+        [(&fetch, 0), (&part, 1)].map(|(message, at)| write(&mut room[at], 0, message).unwrap());
+    // Of a kind that there is not; cut short; a piece of a block that nobody asked for.
+    let packets = [
+        (Channel::Request, &[0xff; 40][..]),
+        (Channel::Request, &room[0][..fetch_len - 1]),
+        (Channel::Reply, &room[1][..part_len]),
+    ];
+    for (channel, bytes) in packets {
+        world.router(0).inject(NodeId(1), channel, 1, bytes).unwrap();
+        for _ in 0..4 {
+            world.act(Action::Poll(1));
+            for (from, port) in (0..2).flat_map(|from| (0..4).map(move |port| (from, port))) {
+                if world.router(from).would_transmit(Port(port)) {
+                    world.act(Action::Hop(from, port));
+                }
+            }
+        }
+    }
+    let counts = world.nodes[1].counts;
+    assert_eq!((counts.damaged, counts.unasked), (2, 1));
+}
+
+#[test]
 fn sub_masters_give_tiles_away() {
     for seed in 0..10 {
         run(&Setup { group: 2, ..setup(("mesh:2x2", 4), Schedule::Hybrid) }, seed, 0, 0, None);

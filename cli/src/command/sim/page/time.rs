@@ -56,7 +56,14 @@ pub(super) fn lines(page: &mut Page, run: &Run<'_>) {
             line("", Mark::Area, 4, &|s| s.busy + s.waiting + s.idle),
             line("", Mark::Area, 1, &|s| s.busy + s.waiting),
             line("", Mark::Area, 2, &|s| s.busy),
+            line("", Mark::Area, 0, &|s| s.useful),
         ],
+    ));
+    page.raw(&draw(
+        "Efficiency: nodes' time spent tracing and shading",
+        "%",
+        Some(100.0),
+        vec![line("", Mark::Line, 0, &|s| 100.0 * s.useful / nodes)],
     ));
     page.raw(&draw(
         "Rays held for later, in all nodes",
@@ -81,9 +88,12 @@ pub(super) fn lines(page: &mut Page, run: &Run<'_>) {
         vec![line("", Mark::Line, 3, &|s| 100.0 * s.pixels as f64 / pixels)],
     ));
     page.raw("</div>\n<p class=\"soft\">What the nodes do: ");
-    for (colour, what) in
-        [(2, "at work"), (1, "waiting for blocks, answers or room"), (4, "without work")]
-    {
+    for (colour, what) in [
+        (0, "tracing and shading"),
+        (2, "at other work"),
+        (1, "waiting for blocks, answers or room"),
+        (4, "without work"),
+    ] {
         page.raw(&format!(
             "<i class=\"key\" style=\"background:{}\"></i>{what} &ensp;",
             css(SERIES[colour])
