@@ -43,6 +43,8 @@ pub(crate) fn packets() -> Vec<Vec<u8>> {
         Message::AtWork { to },
         Message::Idle,
         Message::Gone,
+        Message::Tell,
+        Message::Told { figures: &[3; 168] },
     ];
     let packet = |kind, to: NodeId, lane, messages: &[Message<'_>]| {
         let header = PacketHeader { kind, lane, to: to.0, from: 1, ..PacketHeader::zeroed() };

@@ -56,10 +56,12 @@ fn keeps_bits_and_budgets(host: &Host) {
             let run = run(&folder, &format!("{} {scene} {PICTURE} {mesh}", host.command));
             let name = format!("{} {scene} {mesh}", host.command);
             assert_eq!((&run["image_hash"], &run["complete"]), (&expected, &true.into()), "{name}");
-            // A board's arena is as large as its firmware says: it cannot be greater.
-            if let Some(limit) = run["memory"]["limit"].as_u64() {
-                assert!(run["memory"]["peak"].as_u64().is_some_and(|peak| peak <= limit), "{name}");
-            }
+            let [limit, peak] = ["limit", "peak"].map(|part| run["memory"][part].as_u64());
+            assert!(peak > Some(0) && peak <= limit, "{name}: {}", run["memory"]);
+            let rays = run["rays"]["primary"].as_u64();
+            assert!(rays >= Some(16 * 12), "{name}: {}", run["rays"]);
+            let told = run["per_node"].as_array().map(Vec::len);
+            assert!(told.is_none_or(|told| run["nodes"] == told), "{name}: {}", run["per_node"]);
         }
     }
 }

@@ -197,18 +197,18 @@ impl<'a, W: World> Node<'a, W> {
     /// Its memory, line by line, with the most that each line ever held.
     #[must_use]
     pub fn budget(&self) -> Budget {
-        let mut budget = self.budget;
         let frames = self.blocks.cache.counts().frames_peak as usize;
-        budget.note_peak(Line::Tables, budget.line(Line::Tables).capacity);
-        budget.note_peak(Line::Frames, frames);
-        budget.note_peak(Line::FrameTable, frames);
-        budget.note_peak(Line::Rays, self.counts.rays_peak as usize);
-        budget.note_peak(Line::Bundles, self.counts.shadows_peak as usize);
-        budget.note_peak(Line::Points, self.counts.visitors_peak as usize);
-        budget.note_peak(Line::Tile, self.counts.tiles_peak as usize);
-        let inbox = usize::from(self.inbox_len > 0);
         let packets = (self.router.packets_peak() as usize).saturating_add(self.outbox.peak());
-        budget.note_peak(Line::Messages, packets.saturating_add(inbox));
+        let mut budget = self.budget;
+        budget.note_peaks(|line| match line.line {
+            Line::Tables => line.capacity,
+            Line::Frames | Line::FrameTable => frames,
+            Line::Rays => self.counts.rays_peak as usize,
+            Line::Bundles => self.counts.shadows_peak as usize,
+            Line::Points => self.counts.visitors_peak as usize,
+            Line::Tile => self.counts.tiles_peak as usize,
+            Line::Messages => packets.saturating_add(usize::from(self.inbox_len > 0)),
+        });
         budget
     }
 

@@ -103,7 +103,7 @@ pub struct Kinds {
     pub fetch: Kind,
     /// [`Message::Part`].
     pub part: Kind,
-    /// Asks, grants, pixels, acceptances, and who is idle: all about tiles.
+    /// Asks, grants, pixels, acceptances, and who is idle: all about tiles; and what nodes tell of themselves.
     pub tile: Kind,
     /// [`Message::Ray`].
     pub ray: Kind,
@@ -163,7 +163,9 @@ impl Kinds {
             | Message::Idle
             | Message::Grant { .. }
             | Message::Pixels { .. }
-            | Message::Accepted { .. } => &mut self.tile,
+            | Message::Accepted { .. }
+            | Message::Tell
+            | Message::Told { .. } => &mut self.tile,
             Message::Ray(_) => &mut self.ray,
             Message::Answer { .. } => &mut self.answer,
             Message::Refusal { .. } | Message::AtWork { .. } | Message::Gone => &mut self.refusal,

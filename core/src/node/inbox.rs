@@ -1,7 +1,7 @@
 use super::rules::Rule;
 use super::slots::Serve;
 use super::{Node, Time, World};
-use crate::network::{Channel, NodeId};
+use crate::network::{Channel, HOST, NodeId};
 use crate::protocol::{Items, Message};
 use crate::store::Claim;
 
@@ -170,6 +170,7 @@ impl<W: World> Node<'_, W> {
             Message::Ray(ray) => self.on_ray(&ray, now),
             Message::Ask { number, .. } => self.on_ask(from, number, now),
             Message::Idle => self.on_idle(from),
+            Message::Tell if from == HOST => self.tell(now),
             _ => self.note_unasked(),
         }
         self.clear(from);

@@ -39,6 +39,7 @@
 mod actor;
 mod counts;
 mod fetch;
+mod figures;
 mod help;
 mod inbox;
 mod outbox;
@@ -65,6 +66,7 @@ mod world;
 pub use actor::Node;
 pub use counts::{Counts, Kind, Kinds};
 pub use fetch::tell_gone;
+pub use figures::Figures;
 pub use picture::{Lights, Picture};
 pub use placement::{Dealing, Placement};
 pub use plan::{NodeNeeds, NodePlan};

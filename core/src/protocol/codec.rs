@@ -34,6 +34,8 @@ const REFUSAL: u8 = 10;
 const AT_WORK: u8 = 11;
 const IDLE: u8 = 12;
 const GONE: u8 = 13;
+const TELL: u8 = 14;
+const TOLD: u8 = 15;
 
 /// Writes a message behind the first `len` bytes of `out`: the new length, or `None` if there is no room.
 #[must_use]
@@ -61,6 +63,8 @@ pub fn write(out: &mut [u8], len: usize, message: &Message<'_>) -> Option<usize>
         Message::AtWork { to } => (AT_WORK, bytes_of(to), &[]),
         Message::Idle => (IDLE, &[], &[]),
         Message::Gone => (GONE, &[], &[]),
+        Message::Tell => (TELL, &[], &[]),
+        Message::Told { figures } => (TOLD, &[], figures),
     };
     put(out, len, kind, fields, rest)
 }
@@ -162,6 +166,8 @@ fn read<'a>(rest: &mut &'a [u8]) -> Option<Message<'a>> {
         AT_WORK => Message::AtWork { to: take(body)? },
         IDLE => Message::Idle,
         GONE => Message::Gone,
+        TELL => Message::Tell,
+        TOLD => Message::Told { figures: all(body) },
         _ => return None,
     };
     body.is_empty().then_some(message)

@@ -138,6 +138,13 @@ pub enum Message<'a> {
     },
     /// The node that was asked is dead: its router says so in its name.
     Gone,
+    /// The host asks a node what it has done.
+    Tell,
+    /// What a node has done.
+    Told {
+        /// The bytes of [`Figures`](crate::node::Figures).
+        figures: &'a [u8],
+    },
 }
 
 impl Message<'_> {
@@ -150,14 +157,16 @@ impl Message<'_> {
             | Self::Idle
             | Self::Pixels { .. }
             | Self::Lost { .. }
-            | Self::Ray(_) => Channel::Request,
+            | Self::Ray(_)
+            | Self::Tell => Channel::Request,
             Self::Part { .. }
             | Self::Grant { .. }
             | Self::Accepted { .. }
             | Self::Answer { .. }
             | Self::Refusal { .. }
             | Self::AtWork { .. }
-            | Self::Gone => Channel::Reply,
+            | Self::Gone
+            | Self::Told { .. } => Channel::Reply,
         }
     }
 
@@ -171,7 +180,9 @@ impl Message<'_> {
             | Self::Idle
             | Self::Grant { .. }
             | Self::Pixels { .. }
-            | Self::Accepted { .. } => 3,
+            | Self::Accepted { .. }
+            | Self::Tell
+            | Self::Told { .. } => 3,
             Self::Ray(_) | Self::Answer { .. } | Self::Refusal { .. } | Self::AtWork { .. } => 4,
         }
     }

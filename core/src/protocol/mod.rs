@@ -19,6 +19,8 @@
 //! | [`Refusal`](Message::Refusal) | reply | 4 | no room for the ray: ask again, or run it yourself |
 //! | [`AtWork`](Message::AtWork) | reply | 4 | the ray was here before, and is not done |
 //! | [`Gone`](Message::Gone) | reply | 1 | I am dead (the router of a dead node) |
+//! | [`Tell`](Message::Tell) | request | 3 | what have you done? (from the host) |
+//! | [`Told`](Message::Told) | reply | 3 | my memory by line, and counts |
 //!
 //! Answers and refusals name what they answer by slot *and* path key, and count once; a block by its number. That makes late,
 //! doubled and repeated ones harmless.

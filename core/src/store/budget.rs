@@ -148,6 +148,13 @@ impl Budget {
         }
     }
 
+    /// Notes of each line how many items it held at once.
+    pub(crate) fn note_peaks(&mut self, items: impl Fn(&LineBudget) -> usize) {
+        for line in &mut self.lines {
+            line.peak = line.peak.max(items(line));
+        }
+    }
+
     /// Takes over the greater peaks of another run in a like budget.
     pub fn merge_peaks(&mut self, other: &Self) {
         for line in other.lines {

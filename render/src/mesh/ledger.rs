@@ -2,10 +2,11 @@ use super::leases::{Given, Leases};
 use super::outbox::Outbox;
 use crate::{Error, Picture};
 use kiloray_core::network::{Channel, NodeId, Router};
-use kiloray_core::node::{Lack, Next, Time};
+use kiloray_core::node::{Figures, Lack, Next, Time};
 use kiloray_core::protocol::{Items, Message};
 use kiloray_core::render::{Tile, Tiling};
 use kiloray_core::shade::{Sum, Unit};
+use std::collections::BTreeMap;
 
 /// The picture of a mesh and the tiles that it is rendered in, as the host outside keeps them.
 ///
@@ -26,6 +27,8 @@ pub struct Ledger {
     leases: Leases,
     lost: Option<u32>,
     counts: LedgerCounts,
+    /// What nodes have told of themselves, by number.
+    told: BTreeMap<u16, Figures>,
     outbox: Outbox,
 }
 
@@ -91,6 +94,7 @@ impl Ledger {
             leases,
             lost: None,
             counts: LedgerCounts::default(),
+            told: BTreeMap::new(),
             outbox: Outbox::default(),
         })
     }
@@ -126,6 +130,13 @@ impl Ledger {
             Message::Lost { block } => {
                 let _ = self.lost.get_or_insert(block);
             }
+            Message::Told { figures } => match Figures::parse(figures) {
+                Some(figures) => drop(self.told.insert(from.0, figures)),
+                None => {
+                    self.counts.bad += 1;
+                    return;
+                }
+            },
             _ => {
                 self.counts.unexpected += 1;
                 return;
@@ -180,6 +191,12 @@ impl Ledger {
     #[must_use]
     pub const fn pixels(&self) -> u64 {
         self.sums.len() as u64
+    }
+
+    /// What nodes that were asked have told of themselves, by number.
+    #[must_use]
+    pub const fn told(&self) -> &BTreeMap<u16, Figures> {
+        &self.told
     }
 
     /// What it heard and did.

@@ -18,7 +18,10 @@ use kiloray_core::{
 use kiloray_link::{LinkCounts, Tally};
 use kiloray_render::Ledger;
 
-use super::link::{Wall, links, open};
+use super::{
+    inquiry::Inquiry,
+    link::{Wall, links, open},
+};
 use crate::failure::{Failure, Outcome};
 
 /// How often the rest of the world is looked at.
@@ -80,7 +83,8 @@ fn with_links<const N: usize>(
     let router = Router::new(&mut Arena::new(&mut memory), mesh, HOST, size);
     let router = router.map_err(Failure::new)?;
     let state = Cell::new((0, None));
-    let mut host = Host { router, ledger, state: &state };
+    let inquiry = Inquiry::new(mesh.nodes(), Time(setup.patience.0 / 2));
+    let mut host = Host { router, ledger, inquiry, state: &state };
 
     let lines = open::<N>(lines)?;
     let tallies = [const { Tally::new() }; N];
@@ -133,16 +137,22 @@ fn other_version(version: u32) -> Failure {
 struct Host<'m, 's> {
     router: Router<'m>,
     ledger: Ledger,
-    /// Pixels that are there, and how it has ended.
+    inquiry: Inquiry,
+    /// Pixels that are there, and how it has ended, once all nodes were asked what they have done.
     state: &'s Cell<(u64, Option<End>)>,
 }
 
 impl<'m> Actor<'m> for Host<'m, '_> {
     fn poll(&mut self, now: Time) -> Next {
-        let next = self.ledger.poll(now, &mut self.router);
-        let lost = self.ledger.lost().map(End::Lost);
-        let end = if self.ledger.is_complete() { Some(End::Complete) } else { lost };
-        self.state.set((self.ledger.pixels_done(), end));
+        let Self { router, ledger, inquiry, state } = self;
+        let mut next = ledger.poll(now, router);
+        let lost = ledger.lost().map(End::Lost);
+        let end = if ledger.is_complete() { Some(End::Complete) } else { lost };
+        let asks = end.and_then(|_| inquiry.poll(now, ledger, router));
+        state.set((ledger.pixels_done(), end.filter(|_| asks.is_none())));
+        if let (Some(asks), Next::Wait { until, .. }) = (asks, &mut next) {
+            *until = asks.min(*until);
+        }
         next
     }
 

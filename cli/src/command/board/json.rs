@@ -1,7 +1,10 @@
 use serde_json::{Value, json};
 
-use super::{End, Run};
-use crate::picture;
+use super::{End, Run, told::Told};
+use crate::{
+    command::mesh::{dropped_json, greatest},
+    picture,
+};
 
 impl Run<'_> {
     /// The fields that scripts rely on.
@@ -23,6 +26,9 @@ impl Run<'_> {
         common["baud"] = json!(self.board.baud);
         common["noise"] = json!(self.board.noise.map(f64::from));
         let counts = done.ledger.counts();
+        let told = Told::of(&done.ledger);
+        let fullest = told.fullest();
+        let node = &told.counts;
         let links = done.links.iter().map(|link| {
             json!({
                 "sent": { "frames": link.sent, "bytes": link.sent_bytes },
@@ -46,8 +52,38 @@ impl Run<'_> {
             "blocks": {
                 "count": header.blocks,
                 "bytes": u64::from(header.blocks) * u64::from(header.block_bytes),
+                "fetched": node.cache.fetched,
                 "owned_max": self.owned,
             },
+            "rays": {
+                "primary": node.shade.primary,
+                "shadow": node.shade.shadow,
+                "specular": node.shade.specular,
+                "ambient": 0,
+            },
+            "memory": {
+                "limit": fullest.map(|(_, figures)| figures.memory),
+                "peak": fullest.map(|(_, figures)| figures.peak_bytes()),
+                "peak_node": fullest.map(|(node, _)| node),
+                "lines": greatest(told.lines()),
+            },
+            "cache": {
+                "hits": node.cache.hits,
+                "misses": node.cache.misses,
+                "evictions": node.cache.evictions,
+            },
+            "migrated": node.migrated,
+            "retries": node.rays_again + node.fetches_again + node.tiles_again,
+            "retries_by_cause": {
+                "rays": node.rays_again,
+                "fetches": node.fetches_again,
+                "tiles": node.tiles_again,
+            },
+            "refusals": node.refused,
+            "run_at_home": node.run_at_home,
+            "dropped": dropped_json(node),
+            "per_node": told.per_node(),
+            "untold": told.missing(self.nodes),
             "faults": { "died": self.dead.iter().map(|node| node.0).collect::<Vec<_>>() },
             "said": self.said,
             "host_links": links.collect::<Vec<_>>(),

@@ -3,12 +3,14 @@
 mod emulator;
 mod firmware;
 mod host;
+mod inquiry;
 mod json;
 mod lines;
 mod link;
 mod nodes;
 mod process;
 mod serial;
+mod told;
 
 use std::{
     collections::BTreeMap,
@@ -33,11 +35,12 @@ use self::{
     host::{Done, End, Heard, host},
     lines::Lines,
     nodes::{Kind, Nodes, Parts},
+    told::Told,
 };
 use super::{engine, mesh::Why};
 use crate::{
     args,
-    console::{count, line},
+    console::{bytes, count, line},
     failure::{Failure, Outcome},
     interrupt,
     output::Output,
@@ -316,7 +319,7 @@ impl Run<'_> {
             self.options.height,
             self.options.settings.samples,
         ))?;
-        let bytes: u64 = self.done.links.iter().map(|l| l.sent_bytes + l.received_bytes).sum();
+        let carried: u64 = self.done.links.iter().map(|l| l.sent_bytes + l.received_bytes).sum();
         line(format_args!(
             "{} boards{} in {:.1} s, {} of {} blocks with each at most; {} bytes over the host's lines, {} frames damaged",
             u32::from(self.nodes) - self.board.processes,
@@ -327,8 +330,19 @@ impl Run<'_> {
             self.render_s,
             count(self.owned.into()),
             count(self.scene.file.view().blocks().into()),
-            count(bytes),
+            count(carried),
             self.done.links.iter().map(|l| u64::from(l.damaged)).sum::<u64>(),
-        ))
+        ))?;
+        let told = Told::of(&self.done.ledger);
+        if let Some((node, figures)) = told.fullest() {
+            line(format_args!(
+                "memory {} of {} at the fullest node, {node}; {} blocks fetched, {} rays migrated",
+                bytes(figures.peak_bytes() as u64),
+                bytes(figures.memory.into()),
+                count(told.counts.cache.fetched),
+                count(told.counts.migrated),
+            ))?;
+        }
+        Ok(())
     }
 }

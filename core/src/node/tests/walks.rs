@@ -1,11 +1,12 @@
 //! Runs in which a seed chooses what happens next, with time.
 
-use super::super::Time;
+use super::super::{Figures, Time};
 use super::mesh::{Action, Setup, World, memory};
 use super::toy::{NO_ENDS, Toy};
 use super::{POINTS, SCHEDULES, Schedule};
-use crate::network::{Channel, NodeId, Port};
-use crate::protocol::{Message, write};
+use crate::network::{Channel, HOST, NodeId, Port};
+use crate::protocol::{Item, Message, write};
+use crate::store::Line;
 
 fn setup(topology: (&str, u32), schedule: Schedule) -> Setup {
     let toy = Toy {
@@ -192,10 +193,13 @@ fn what_cannot_be_read_is_counted_and_dropped() {
     let part = Message::Part { block: 1, offset: 0, bytes: &[7; 16] };
     let [fetch_len, part_len] =
         [(&fetch, 0), (&part, 1)].map(|(message, at)| write(&mut room[at], 0, message).unwrap());
-    // Of a kind that there is not; cut short; a piece of a block that nobody asked for.
+    let mut tell = [0; Item::BYTES];
+    let _ = write(&mut tell, 0, &Message::Tell).unwrap();
+    // Of a kind that there is not; cut short; what only the host may ask; a piece of a block that nobody asked for.
     let packets = [
         (Channel::Request, &[0xff; 40][..]),
         (Channel::Request, &room[0][..fetch_len - 1]),
+        (Channel::Request, &tell),
         (Channel::Reply, &room[1][..part_len]),
     ];
     for (channel, bytes) in packets {
@@ -210,7 +214,35 @@ fn what_cannot_be_read_is_counted_and_dropped() {
         }
     }
     let counts = world.nodes[1].counts;
-    assert_eq!((counts.damaged, counts.unasked), (2, 1));
+    assert_eq!((counts.damaged, counts.unasked), (2, 2));
+    assert!(counts.sent.tile.bytes < Figures::BYTES as u64, "it tells the host alone");
+}
+
+#[test]
+fn a_node_tells_the_host_what_it_has_done() {
+    let setup = setup(("line", 1), Schedule::Demand);
+    let (mut chunks, blocks) = memory(&setup);
+    let mut world = World::new(&setup, &mut chunks, &blocks);
+    let node = &mut world.nodes[0];
+    (node.counts.shade.primary, node.counts.rays_peak) = (7, 2);
+    (node.counts.fetches_again, node.counts.blocks_refused) = (1 << 40, 3);
+    let (figures, budget) = (node.figures(), node.budget());
+    assert_eq!(Figures::parse(bytemuck::bytes_of(&figures)), Some(figures));
+    assert_eq!(Figures::parse(&[0; Figures::BYTES - 4]), None);
+    assert_eq!(figures.memory, budget.memory() as u32);
+    let lines = budget.lines().iter().filter(|line| line.bytes > 0);
+    assert!(figures.lines().eq(lines.copied()) && figures.peak_bytes() == budget.peak_bytes());
+    assert_eq!(budget.line(Line::Rays).peak, 2);
+    let counts = figures.counts();
+    assert_eq!((counts.shade.primary, counts.blocks_refused), (7, 3));
+    assert_eq!(counts.fetches_again, u32::MAX.into(), "the greatest that it can tell");
+    world.host.inject(NodeId(0), Channel::Request, 3, &[14, 0, 0, 0]).unwrap();
+    let (host, there) = (world.index(HOST), world.mesh.joined(HOST).next().unwrap());
+    let before = world.nodes[0].counts.sent.tile.bytes;
+    world.act(Action::Hop(host, there.0));
+    world.act(Action::Poll(0));
+    let told = world.nodes[0].counts.sent.tile.bytes - before;
+    assert!(told >= (Item::BYTES + Figures::BYTES) as u64, "{told} bytes");
 }
 
 #[test]

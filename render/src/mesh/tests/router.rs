@@ -4,7 +4,7 @@ use crate::Ledger;
 use kiloray_core::network::{
     Channel, HOST, Mesh, NodeId, PacketHeader, Port, Received, Router, RouterSize, Topology,
 };
-use kiloray_core::node::{Lack, Next, Time};
+use kiloray_core::node::{Figures, Lack, Next, Time};
 use kiloray_core::protocol::{Items, Message, write};
 use kiloray_core::shade::Unit;
 use kiloray_core::store::{Arena, CHUNK_BYTES, Chunk};
@@ -120,4 +120,18 @@ fn what_cannot_be_read_or_answered_holds_nothing_up() {
     let counts = ledger.counts();
     assert_eq!((counts.messages, counts.damaged, counts.unexpected), (1, 1, 1));
     assert_eq!(host.buffered(), 0);
+}
+
+#[test]
+fn what_nodes_tell_of_themselves_is_kept() {
+    let mut ledger = Ledger::new(64, 64, 8, 0, Unit::new(1.0), 1).unwrap();
+    let mut reply = |_, _: &Message<'_>| panic!("it is no question");
+    let mut bytes = [0; Figures::BYTES];
+    bytes[0] = 9;
+    let figures = Figures::parse(&bytes).unwrap();
+    for (node, figures) in [(5, &bytes[..]), (5, &bytes), (6, &bytes[4..])] {
+        ledger.on_message(Time(0), NodeId(node), &Message::Told { figures }, &mut reply);
+    }
+    assert_eq!(ledger.told().iter().collect::<Vec<_>>(), [(&5, &figures)]);
+    assert_eq!((ledger.counts().messages, ledger.counts().bad), (2, 1));
 }

@@ -17,6 +17,8 @@ fn message() -> Message<'static> {
         2 => Message::Ask { number: any(), count: any() },
         12 => Message::Idle,
         13 => Message::Gone,
+        14 => Message::Tell,
+        15 => Message::Told { figures: any_bytes() },
         3 => Message::Grant { number: any(), first: any(), count: any(), wait: any() },
         4 => Message::Pixels { tile: any(), first: any(), sums: any_bytes() },
         5 => Message::Accepted { tile: any() },
