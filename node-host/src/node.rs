@@ -1,6 +1,6 @@
 use std::io;
 use std::path::Path;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 use std::{fs, process, thread};
 
 use kiloray_core::block::KiloView;
@@ -14,6 +14,9 @@ use kiloray_simd::Auto;
 use crate::drive::Drive;
 use crate::supervisor::FOLDER_PREFIX;
 use crate::{Config, Error, Job, Network, NodeReport, Place, ProcessMemory, drive, memory};
+
+/// A host that is gone may have said before that the run is over: that is on its way for so long at most.
+const LAST_WORDS: Duration = Duration::from_millis(500);
 
 /// A node's life: it takes its place in the network, works until the host says that it is over, and reports.
 ///
@@ -55,20 +58,25 @@ pub fn run_node(config: &Config, node: u16, incarnation: u32, is_tied: bool) -> 
 
     let identity = job.identity(&file, place, incarnation);
     let mut network = Network::open(config, &job, identity.clone())?;
-    let (mut host_is_gone, mut differs) = (false, None);
+    let (mut gone, mut differs) = (None, None);
     let time = drive(&mut actor, &mut network, &Drive::new(start, &job, place), |_, network| {
         for (host, is_there) in network.take_changes() {
             if host.place == Place::HOST {
-                host_is_gone |= !is_tied && !is_there;
+                gone = (!is_tied && !is_there).then(Instant::now);
                 differs = host.differs(&identity).filter(|_| !is_tied);
             }
         }
-        host_is_gone || differs.is_some() || network.is_over()
+        let is_gone = gone.is_some_and(|since: Instant| since.elapsed() >= LAST_WORDS);
+        is_gone || differs.is_some() || network.is_over()
     });
     if let Some(cause) = differs {
         return Err(Error::Node { node: Place::HOST, cause });
     }
-    if !host_is_gone {
+    if !network.is_over() {
+        let cause = "has gone, and has not said that the run is over".into();
+        return Err(Error::Node { node: Place::HOST, cause });
+    }
+    if gone.is_none() {
         let budget = actor.budget();
         let report = NodeReport {
             node,

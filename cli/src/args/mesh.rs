@@ -278,8 +278,13 @@ pub(super) fn nodes(text: &str) -> Result<u32, String> {
     whole(text, 1, NODES_MAX)
 }
 
+/// Each is an operating system's process of some 50 MB.
+pub(super) fn emulators(text: &str) -> Result<u32, String> {
+    whole(text, 1, 64)
+}
+
 pub(super) fn processes(text: &str) -> Result<u32, String> {
-    whole(text, 0, NODES_MAX)
+    whole(text, 0, 64)
 }
 
 pub(super) fn node(text: &str) -> Result<u16, String> {

@@ -256,6 +256,9 @@ pub(crate) struct Sweep {
     pub(crate) typed: Vec<std::ffi::OsString>,
 }
 
+/// Boards where nothing is said.
+pub(crate) const BOARDS: u32 = 4;
+
 /// `kiloray board`.
 #[derive(Debug, Args)]
 pub(crate) struct Board {
@@ -265,7 +268,7 @@ pub(crate) struct Board {
     #[arg(short, long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub(crate) output: Option<PathBuf>,
     /// Boards that QEMU emulates
-    #[arg(long, value_name = "N", default_value_t = 4, value_parser = mesh::nodes, allow_hyphen_values = true, help_heading = "Boards")]
+    #[arg(long, value_name = "N", default_value_t = BOARDS, value_parser = mesh::emulators, allow_hyphen_values = true, help_heading = "Boards")]
     pub(crate) qemu: u32,
     /// Nodes that are processes of this machine, behind the boards: the same actor, and lines as the boards have them
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = mesh::processes, allow_hyphen_values = true, help_heading = "Boards")]
@@ -355,8 +358,9 @@ pub(crate) struct Compile {
     /// Print how the blocks are dealt out to the nodes of a mesh
     #[arg(long, value_name = "N", value_parser = mesh::nodes, allow_hyphen_values = true)]
     pub(crate) nodes: Option<u32>,
-    /// Write what this node (from 0) needs of the scene: the tables and its blocks, for its read-only memory
-    #[arg(long, value_name = "K", value_parser = mesh::node, allow_hyphen_values = true, requires_all = ["nodes", "output"])]
+    /// Write what this node (from 0) needs of the scene: the tables and its blocks, for its read-only memory. Of 4 nodes and in blocks of 1 KiB where nothing is
+    /// said, as for 'kiloray board'
+    #[arg(long, value_name = "K", value_parser = mesh::node, allow_hyphen_values = true, requires = "output")]
     pub(crate) for_node: Option<u16>,
     /// Which node owns which blocks: subtrees of equal bytes, or each block in turn
     #[arg(long, value_name = "P", value_enum, default_value_t = Placement::Subtrees, requires = "nodes")]

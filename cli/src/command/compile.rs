@@ -4,6 +4,7 @@ use kiloray_core::scene::Needs;
 use kiloray_scene::{compile::Stats, kilo};
 use serde_json::{Value, json};
 
+use super::board;
 use crate::{
     args,
     console::{bytes, count, line},
@@ -26,7 +27,8 @@ pub(super) fn run(arguments: &args::Compile) -> Outcome {
             path.display()
         )));
     }
-    if let Some(nodes) = arguments.nodes
+    let nodes = arguments.nodes.or(arguments.for_node.map(|_| args::BOARDS));
+    if let Some(nodes) = nodes
         && arguments.block_replicas > nodes
     {
         return Err(Failure::usage(format_args!(
@@ -34,7 +36,7 @@ pub(super) fn run(arguments: &args::Compile) -> Outcome {
             arguments.block_replicas
         )));
     }
-    if let (Some(node), Some(nodes)) = (arguments.for_node, arguments.nodes)
+    if let (Some(node), Some(nodes)) = (arguments.for_node, nodes)
         && u32::from(node) >= nodes
     {
         return Err(Failure::usage(format_args!(
@@ -42,13 +44,14 @@ pub(super) fn run(arguments: &args::Compile) -> Outcome {
             nodes - 1
         )));
     }
+    let block = if arguments.for_node.is_some() { board::BLOCK } else { BLOCK };
     let output = arguments.output.as_deref().map(Output::create).transpose()?;
     let json_out = arguments.json.as_deref().map(Output::create).transpose()?;
     let to_standard = arguments.json.as_deref() == Some("-".as_ref());
 
-    let scene = scene::load(&arguments.scene.scenes, arguments.block, BLOCK, arguments.quiet)?;
+    let scene = scene::load(&arguments.scene.scenes, arguments.block, block, arguments.quiet)?;
     scene.print_notes(arguments.quiet);
-    let shares = arguments.nodes.map(|nodes| Shares::new(&scene, arguments, nodes));
+    let shares = nodes.map(|nodes| Shares::new(&scene, arguments, nodes));
     if !arguments.quiet && !to_standard {
         print(&scene)?;
         shares.iter().try_for_each(Shares::print)?;

@@ -8,6 +8,7 @@ fn a_mesh_that_cannot_be_wired_is_refused() {
     folder.run("board cornell --topology star").refused(2, &["--topology star", "ring"]);
     folder.run("board cornell --qemu 9 --topology mesh:3x3").refused(2, &["4 links", "has 3"]);
     folder.run("board cornell --qemu 0").refused(2, &["1 to"]);
+    folder.run("board cornell --qemu 500").refused(2, &["1 to 64"]);
     folder.run("board cornell --machine pc").refused(2, &["mps2-an386", "lm3s6965evb"]);
     folder.run("board cornell --memory 64KiB").refused(2, &["--memory", "firmware"]);
     folder.run("board cornell -o cornell.gif").refused(2, &["cornell.gif"]);
@@ -21,7 +22,11 @@ fn a_share_is_written_for_a_node_that_exists() {
     assert_eq!(folder.names(), ["node3.bin"]);
     let compile = "compile glass --nodes 4 -o node.bin --for-node";
     folder.run(&format!("{compile} 4")).refused(2, &["--for-node 4", "from 0 to 3"]);
-    folder.run("compile glass -o node.bin --for-node 0").refused(2, &["--nodes"]);
+    folder.run("compile glass -o node.bin --for-node 4").refused(2, &["from 0 to 3"]);
     folder.run("compile glass --nodes 4 --for-node 0").refused(2, &["--output"]);
     assert_eq!(folder.names(), ["node3.bin"]);
+    // As 'kiloray board' has it where nothing is said.
+    folder.run("compile glass --for-node 3 -o default.bin --quiet").done();
+    let [share, default] = ["node3.bin", "default.bin"].map(|name| folder.path().join(name));
+    assert_eq!(std::fs::read(share).expect("a share"), std::fs::read(default).expect("another"));
 }

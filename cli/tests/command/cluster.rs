@@ -7,7 +7,7 @@ use std::{
     process::{Child, Command, Stdio},
 };
 
-use crate::support::{Folder, json};
+use crate::support::{Folder, json, until};
 
 const EXAMPLE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../node-host/examples/two-machines");
 const MACHINES: [&str; 2] = ["alpha.example", "beta.example"];
@@ -131,10 +131,39 @@ fn a_node_of_another_scene_is_named_on_both_sides() {
     let [right, wrong] = [node(&folder, ".", 0), node(&folder, "other", 1)];
     folder.run("host --config mesh.toml").refused(1, &["node 1 has another scene file"]);
     let ended = [right, wrong].map(|node| node.wait_with_output().expect("it ends"));
-    assert!(ended[0].status.success(), "{ended:?}");
+    let said = String::from_utf8_lossy(&ended[0].stderr);
+    assert!(said.contains("node 0: the host has gone"), "{said}");
     let said = String::from_utf8_lossy(&ended[1].stderr);
     assert_eq!(ended[1].status.code(), Some(1), "{said}");
     assert!(said.contains("node 1: the host has another scene file"), "{said}");
+}
+
+/// The time that a process has worked (1/100 s).
+fn worked(process: u32) -> u64 {
+    let stat = fs::read_to_string(format!("/proc/{process}/stat")).unwrap_or_default();
+    let behind_name = stat.rsplit_once(')').map_or("", |(_, rest)| rest);
+    behind_name.split_whitespace().nth(11).and_then(|ticks| ticks.parse().ok()).unwrap_or(0)
+}
+
+#[test]
+fn a_node_whose_host_has_gone_says_so() {
+    let folder = Folder::new();
+    let text = pair(&folder);
+    folder.file("mesh.toml", text.replace("width = 40", "width = 4000"));
+    let nodes = [0, 1].map(|number| node(&folder, ".", number));
+    let mut command = folder.command();
+    command.args(["host", "--config", "mesh.toml", "--json", "-"]);
+    let mut host = command.spawn().expect("it starts");
+    // They know the host when they are at work for it.
+    until(|| nodes.iter().all(|node| worked(node.id()) > 20));
+    host.kill().expect("it is killed");
+    let _ = host.wait();
+    for (number, node) in nodes.into_iter().enumerate() {
+        let output = node.wait_with_output().expect("it ends");
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(1), "{said}");
+        assert!(said.contains(&format!("node {number}: the host has gone")), "{said}");
+    }
 }
 
 #[test]

@@ -50,7 +50,7 @@ use crate::{
 };
 
 /// Size of a block where nothing is said: small, as lines are slow.
-const BLOCK: u32 = 1 << 10;
+pub(super) const BLOCK: u32 = 1 << 10;
 /// Longer side of the picture where nothing is said.
 const SIDE: u32 = 64;
 /// Greatest payload of a packet: the least, as a line carries one packet after the other.
