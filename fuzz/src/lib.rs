@@ -7,6 +7,9 @@
 //! tests of this crate run the seeds and a few thousand mutations of each.
 //!
 //! Everything follows from the seed that is printed, except where the time limit cuts it off.
+//!
+//! `cargo fuzz` and `bolero` with libFuzzer need a nightly compiler, for the coverage that guides them; what guides this one is what parsers say. So it runs wherever the tests do.
+//! Formats of bytes (files, packets, setups) begin from what their writers make, not from files of a corpus, which each change of a format would outdate.
 
 mod corpus;
 mod host;
