@@ -21,7 +21,7 @@ use kiloray_scene::compile::{Options, compile};
 use kiloray_scene::kilo::KiloFile;
 
 /// Longest payload of a packet.
-const PAYLOAD: usize = 1024;
+const PAYLOAD: usize = 2048;
 
 /// Packets of all messages: for a node, for the host, and for one that it passes on.
 pub(crate) fn packets() -> Vec<Vec<u8>> {

@@ -1,7 +1,8 @@
 use std::time::{Duration, Instant};
 
-use kiloray_core::network::Port;
+use kiloray_core::network::{NodeId, PacketHeader, Port, Received};
 use kiloray_core::node::{Actor, Lack, Next, Time};
+use kiloray_render::watch::{Sight, Waits, Watch};
 use serde::{Deserialize, Serialize};
 
 use crate::{Event, Job, Place, Transport};
@@ -17,6 +18,8 @@ pub struct Drive {
     pub ports: u16,
     /// Greatest packet, header included \[bytes\].
     pub packet: usize,
+    /// Bytes of a block.
+    pub block_bytes: usize,
 }
 
 impl Drive {
@@ -28,6 +31,7 @@ impl Drive {
             joined: job.neighbours(place).into_iter().map(|(port, _)| port).collect(),
             ports: job.mesh.ports(place.id()),
             packet: usize::from(job.layout.packet()),
+            block_bytes: job.layout.block_bytes(),
         }
     }
 }
@@ -92,9 +96,11 @@ pub fn drive<'m, A: Actor<'m>, T: Transport>(
     transport: &mut T,
     drive: &Drive,
     mut is_over: impl FnMut(&mut A, &mut T) -> bool,
-) -> Spent {
+) -> (Spent, Waits) {
     let mut this = Driver {
         transport,
+        here: actor.router().here(),
+        watch: Watch::new(drive.block_bytes, 0),
         packet: vec![0; drive.packet],
         up: vec![false; usize::from(drive.ports)],
         spent: Spent::default(),
@@ -104,9 +110,9 @@ pub fn drive<'m, A: Actor<'m>, T: Transport>(
     let all_there = |up: &[bool]| drive.joined.iter().all(|port| up[usize::from(port.0)]);
     while !all_there(&this.up) && now() - begin < nanoseconds(PATIENCE) {
         if is_over(actor, this.transport) {
-            return this.spent;
+            return (this.spent, Waits::default());
         }
-        this.take(actor);
+        this.take(actor, now());
         this.transport.wait(LOOK);
     }
     let mut last = now();
@@ -119,11 +125,11 @@ pub fn drive<'m, A: Actor<'m>, T: Transport>(
             remind = last + nanoseconds(REMINDER);
         }
         // Most steps are short, and neither follow nor make packets: one look at the clock does for those.
-        let taken = if this.take(actor) { now() } else { last };
+        let taken = if this.take(actor, last) { now() } else { last };
         let next = actor.poll(Time(taken));
         this.spent.steps += 1;
         let polled = now();
-        let sent = this.give(actor);
+        let sent = this.give(actor, polled);
         let given = if sent { now() } else { polled };
         this.spent.busy_ns += polled - taken;
         this.spent.network_ns += taken - last + (given - polled);
@@ -141,7 +147,7 @@ pub fn drive<'m, A: Actor<'m>, T: Transport>(
     let used = Processor::now();
     this.spent.driver_cpu_ns = used.driver_ns.saturating_sub(processor.driver_ns);
     this.spent.process_cpu_ns = used.process_ns.saturating_sub(processor.process_ns);
-    this.spent
+    (this.spent, this.watch.waits().clone())
 }
 
 /// What this thread and its process have had of the processors since they began \[ns\].
@@ -170,6 +176,9 @@ impl Processor {
 
 struct Driver<'t, T> {
     transport: &'t mut T,
+    /// Whose packets begin and end here.
+    here: NodeId,
+    watch: Watch,
     packet: Vec<u8>,
     /// By port: whether the neighbour is there.
     up: Vec<bool>,
@@ -177,8 +186,8 @@ struct Driver<'t, T> {
 }
 
 impl<T: Transport> Driver<'_, T> {
-    /// Takes what the network has brought: whether there was anything.
-    fn take<'m>(&mut self, actor: &mut impl Actor<'m>) -> bool {
+    /// Takes what the network has brought until now: whether there was anything.
+    fn take<'m>(&mut self, actor: &mut impl Actor<'m>, now: u64) -> bool {
         let mut any = false;
         while let Some(event) = self.transport.next(&mut self.packet) {
             let router = actor.router();
@@ -186,7 +195,14 @@ impl<T: Transport> Driver<'_, T> {
                 Event::Packet { port, len } => {
                     self.spent.packets_received += 1;
                     let packet = self.packet.get(..len).unwrap_or_default();
-                    let _ = router.receive(port, packet, |_| false);
+                    let received = router.receive(port, packet, |_| false);
+                    if let Some((header, payload)) = PacketHeader::split(packet)
+                        && received == Received::Buffered
+                        && header.to() == self.here
+                    {
+                        let seen = Sight::arriving(header.from(), self.here, payload);
+                        seen.for_each(|sight| self.watch.see(now, sight));
+                    }
                 }
                 Event::Up { port, is_new } => {
                     if is_new {
@@ -210,8 +226,8 @@ impl<T: Transport> Driver<'_, T> {
         }
     }
 
-    /// Hands to the network what can leave: whether there was anything.
-    fn give<'m>(&mut self, actor: &mut impl Actor<'m>) -> bool {
+    /// Hands to the network what can leave now: whether there was anything.
+    fn give<'m>(&mut self, actor: &mut impl Actor<'m>, now: u64) -> bool {
         let router = actor.router();
         let mut any = false;
         // What leaves by one port can let something leave by another.
@@ -232,7 +248,15 @@ impl<T: Transport> Driver<'_, T> {
                     continue;
                 }
                 while let Some(len) = router.transmit(port, &mut self.packet) {
-                    self.transport.send(port, self.packet.get(..len).unwrap_or_default());
+                    let packet = self.packet.get(..len).unwrap_or_default();
+                    self.transport.send(port, packet);
+                    if let Some((header, payload)) = PacketHeader::split(packet)
+                        && header.kind == PacketHeader::DATA
+                        && header.from() == self.here
+                    {
+                        let seen = Sight::leaving(self.here, header.to(), now, payload);
+                        seen.for_each(|sight| self.watch.see(now, sight));
+                    }
                     self.spent.packets_sent += 1;
                     self.spent.bytes_sent += len as u64;
                     any = true;

@@ -6,6 +6,7 @@ use kiloray_core::block::KiloView;
 use kiloray_core::network::{HOST, Router};
 use kiloray_core::node::{Actor, Next, Time};
 use kiloray_core::store::{Arena, CHUNK_BYTES, Chunk};
+use kiloray_render::watch::Latencies;
 use kiloray_render::{Ledger, LedgerCounts, Picture};
 
 use crate::drive::Drive;
@@ -57,6 +58,8 @@ pub struct Outcome {
     pub nodes: Vec<NodeReport>,
     /// Nodes that were replaced, in their order.
     pub replacements: Vec<Replacement>,
+    /// How long things took, as the ends saw it that waited: those of [`fetch`](Latencies::fetch) into parts are empty.
+    pub latencies: Latencies,
     /// What the ledger heard and did.
     pub ledger: LedgerCounts,
     /// Where the time of the host's own process went.
@@ -149,16 +152,17 @@ pub fn run_host(
 
     let mut failure = None;
     let drive_settings = Drive::new(begin, &job, Place::HOST);
-    let host_time = drive(&mut host, &mut network, &drive_settings, |host, network| {
-        let ledger = &host.ledger;
-        if ledger.is_complete() || ledger.lost().is_some() {
-            return true;
-        }
-        look(&mut watch, ledger, network).unwrap_or_else(|error| {
-            failure = Some(error);
-            true
-        })
-    });
+    let (host_time, mut waits) =
+        drive(&mut host, &mut network, &drive_settings, |host, network| {
+            let ledger = &host.ledger;
+            if ledger.is_complete() || ledger.lost().is_some() {
+                return true;
+            }
+            look(&mut watch, ledger, network).unwrap_or_else(|error| {
+                failure = Some(error);
+                true
+            })
+        });
     let render = begin.elapsed() - start;
     let replacements = std::mem::take(&mut watch.replacements);
     if let Some(error) = failure {
@@ -166,7 +170,8 @@ pub fn run_host(
     }
     let is_cut_short = control.cancel.load(Ordering::Relaxed);
     let limit = REPORT_LIMITS[usize::from(is_cut_short)];
-    let nodes = reports(&job, &mut network, limit)?;
+    let mut nodes = reports(&job, &mut network, limit)?;
+    nodes.iter_mut().for_each(|node| waits.add(&std::mem::take(&mut node.waits)));
     network.close();
     let ledger = &host.ledger;
     let complete = ledger.is_complete();
@@ -177,6 +182,7 @@ pub fn run_host(
         overflows: ledger.overflows(),
         nodes,
         replacements,
+        latencies: waits.latencies(),
         ledger: ledger.counts(),
         host: host_time,
         start,

@@ -59,16 +59,17 @@ pub fn run_node(config: &Config, node: u16, incarnation: u32, is_tied: bool) -> 
     let identity = job.identity(&file, place, incarnation);
     let mut network = Network::open(config, &job, identity.clone())?;
     let (mut gone, mut differs) = (None, None);
-    let time = drive(&mut actor, &mut network, &Drive::new(start, &job, place), |_, network| {
-        for (host, is_there) in network.take_changes() {
-            if host.place == Place::HOST {
-                gone = (!is_tied && !is_there).then(Instant::now);
-                differs = host.differs(&identity).filter(|_| !is_tied);
+    let (time, waits) =
+        drive(&mut actor, &mut network, &Drive::new(start, &job, place), |_, network| {
+            for (host, is_there) in network.take_changes() {
+                if host.place == Place::HOST {
+                    gone = (!is_tied && !is_there).then(Instant::now);
+                    differs = host.differs(&identity).filter(|_| !is_tied);
+                }
             }
-        }
-        let is_gone = gone.is_some_and(|since: Instant| since.elapsed() >= LAST_WORDS);
-        is_gone || differs.is_some() || network.is_over()
-    });
+            let is_gone = gone.is_some_and(|since: Instant| since.elapsed() >= LAST_WORDS);
+            is_gone || differs.is_some() || network.is_over()
+        });
     if let Some(cause) = differs {
         return Err(Error::Node { node: Place::HOST, cause });
     }
@@ -88,6 +89,7 @@ pub fn run_node(config: &Config, node: u16, incarnation: u32, is_tied: bool) -> 
             lines: NodeReport::lines(&budget),
             process: ProcessMemory::now(config.mesh.memory, mapped, config.mesh.enforce),
             owned_blocks: job.layout.owned(here),
+            waits,
             foreign: network.foreign(),
         };
         let report = serde_json::to_vec(&report).map_err(|e| Error::Network(e.to_string()))?;

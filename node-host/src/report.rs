@@ -1,5 +1,6 @@
 use kiloray_core::node::Counts;
 use kiloray_core::store::{Budget, LineBudget};
+use kiloray_render::watch::Waits;
 use serde::{Deserialize, Serialize};
 
 use crate::{ProcessMemory, Spent};
@@ -25,6 +26,9 @@ pub struct NodeReport {
     pub process: ProcessMemory,
     /// Blocks it owns, the replicated top included.
     pub owned_blocks: u32,
+    /// How long it waited for blocks and for answers to rays.
+    #[serde(default, skip_serializing_if = "Waits::is_empty")]
+    pub waits: Waits,
     /// Messages of the network that were for another process, or no packets.
     pub foreign: u64,
 }
@@ -46,7 +50,7 @@ pub struct LineReport {
 
 impl NodeReport {
     /// Longest report that is read \[bytes\].
-    pub const BYTES_MAX: usize = 64 << 10;
+    pub const BYTES_MAX: usize = 128 << 10;
 
     /// Reads what a node has sent; `None` for what is no report.
     #[must_use]

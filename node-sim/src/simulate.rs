@@ -257,7 +257,7 @@ fn report<W: World + Send>(
         virtual_ns: run.now,
         messages: MessageReport::of(&totals.counts),
         timeline: take(&mut run.timeline).finish(run.now, mesh.nodes()),
-        latencies: run.watch.latencies(),
+        latencies: run.watch.waits().latencies(),
         faults,
         tiles: run.host.actor.ledger.counts().into(),
         totals,

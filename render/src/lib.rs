@@ -24,7 +24,7 @@ mod tests;
 
 pub use error::Error;
 pub use job::{Control, Rendered, Report, plan, render};
-pub use mesh::{Ledger, LedgerCounts, MeshLayout, MeshOptions, ThreadScratch};
+pub use mesh::{Ledger, LedgerCounts, MeshLayout, MeshOptions, ThreadScratch, watch};
 pub use options::{Lanes, Options};
 pub use picture::Picture;
 pub use top::Top;

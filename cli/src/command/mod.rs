@@ -10,6 +10,7 @@ mod engine;
 #[cfg(feature = "host")]
 mod host;
 mod html;
+mod latencies;
 mod mesh;
 #[cfg(feature = "host")]
 mod node;

@@ -84,7 +84,7 @@ fn two_machines_render_the_bits_of_one_node() {
     folder.run(&format!("host --config {config} -o mesh.exr --json mesh.json --quiet")).done();
     for node in nodes {
         let output = node.wait_with_output().expect("it ends");
-        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        assert!(output.status.success(), "{output:?}");
     }
     let run = json(&folder.path().join("mesh.json"));
     let picture = "--width 40 --height 40 --samples 16";

@@ -28,6 +28,11 @@ fn processes_give_the_bits_of_one_node() {
             assert!(field(&run, name).is_some(), "no {name}");
         }
         assert_eq!(run["faults"]["replaced"].as_array().map(Vec::len), Some(0), "{mesh}");
+        let waits = &run["latencies"];
+        assert_eq!(waits["tile"]["count"], run["tiles"]["given"], "{mesh}");
+        // The last blocks may have come after the picture was there.
+        let fetched = run["blocks"]["fetched"].as_u64();
+        assert!(waits["fetch"]["count"].as_u64() >= fetched, "{mesh}: {fetched:?}, {waits}");
         assert_eq!(
             run["per_node"].as_array().map(Vec::len),
             run["nodes"].as_u64().map(|n| n as usize)

@@ -1,13 +1,10 @@
 //! What a run reports.
 
-mod histogram;
 mod link;
 mod node;
 mod timeline;
 mod totals;
 
-pub(crate) use histogram::Recorder;
-pub use histogram::{Histogram, HistogramBucket, Latencies};
 pub use link::{LinkReport, MeshReport};
 pub use node::{LineReport, NodeReport, NodeTime};
 pub use timeline::{Sample, Timeline};
@@ -15,6 +12,7 @@ pub use totals::Totals;
 
 use kiloray_core::node::{Counts, Kind};
 use kiloray_render::LedgerCounts;
+pub use kiloray_render::watch::{Histogram, HistogramBucket, Latencies, TraceFlow};
 use serde::Serialize;
 
 /// What a run reports.
@@ -153,21 +151,4 @@ pub struct TraceEvent {
     pub start_ns: u64,
     /// How long it took \[ns\].
     pub duration_ns: u64,
-}
-
-/// The way of a request for a block, and of the block.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-pub struct TraceFlow {
-    /// The block.
-    pub block: u32,
-    /// The node that asked for it.
-    pub asker: u16,
-    /// The node that sent it.
-    pub owner: u16,
-    /// When the asker's last step went on or had ended, as the request left \[ns\].
-    pub asked_ns: u64,
-    /// When the owner's last step went on or had ended, as the first piece left \[ns\].
-    pub served_ns: u64,
-    /// When the last piece was there \[ns\].
-    pub arrived_ns: u64,
 }

@@ -1,7 +1,7 @@
 use super::packets::Packet;
-use super::watch::Sight;
 use crate::TraceEvent;
 use kiloray_core::network::{NodeId, Port};
+use kiloray_render::watch::Sight;
 
 /// What places have done in a window, for all others to hear of when it ends. It goes from place to place.
 #[derive(Debug, Default)]

@@ -27,7 +27,6 @@ mod link;
 mod packets;
 mod place;
 mod timeline;
-mod watch;
 
 #[cfg(test)]
 mod tests;
@@ -39,10 +38,10 @@ use std::sync::Arc;
 
 use journal::{Journal, Moment, Span};
 use kiloray_core::network::{HOST, Mesh, NodeId, Port};
+use kiloray_render::watch::Watch;
 use link::LinkState;
 use rayon::prelude::*;
 use timeline::TimelineRecorder;
-use watch::Watch;
 
 use crate::{FaultReport, Faults, Link, LinkReport, Profile, TraceEvent};
 

@@ -14,9 +14,9 @@ use super::fault;
 use super::journal::{Departure, Journal, Moment, Span};
 use super::link::LinkState;
 use super::packets::{Packet, Packets};
-use super::watch::Sight;
 use super::{Actor, RunSettings};
 use crate::{CrashReport, FaultReport, NodeTime, TraceEvent};
+use kiloray_render::watch::Sight;
 
 /// A place of the mesh. It knows nothing of the others but what packets bring.
 pub(crate) struct Place<'m, A> {

@@ -195,6 +195,12 @@ impl MeshLayout {
         (payload + PacketHeader::BYTES).min(usize::from(u16::MAX)) as u16
     }
 
+    /// Bytes of a block.
+    #[must_use]
+    pub const fn block_bytes(&self) -> usize {
+        self.block_bytes
+    }
+
     /// The blocks that a node reads in place.
     #[must_use]
     pub fn rom<'a>(&self, file: &KiloView<'a>, here: NodeId) -> Rom<'a> {

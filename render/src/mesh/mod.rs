@@ -1,6 +1,7 @@
 //! The host's side of a mesh: no I/O, no threads, no clock; whoever has a network brings messages and the time.
 //!
 //! * [`Ledger`] gives tiles to those that ask, takes their pixels, and knows when all is there.
+//! * [`Watch`](watch::Watch) takes down how long nodes wait, from the packets that it is shown.
 //! * [`MeshLayout`] divides blocks, memory and picture among the nodes, before it begins.
 //!
 //! Every message may be lost, doubled, late or overtaken, and any node may die:
@@ -20,6 +21,7 @@ mod leases;
 mod ledger;
 mod outbox;
 mod scratch;
+pub mod watch;
 
 #[cfg(test)]
 mod tests;

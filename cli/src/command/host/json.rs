@@ -93,6 +93,7 @@ impl Run<'_> {
             "run_at_home": counts.run_at_home,
             "overflows": outcome.overflows,
             "lost": losses_json(&self.lost()),
+            "latencies": outcome.latencies,
             "faults": {
                 "replaced": outcome.replacements,
                 // What they did is in no count of nodes: `rays`, `messages`, `cache` and so on.

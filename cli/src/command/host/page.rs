@@ -6,6 +6,7 @@ use super::Run;
 use crate::{
     command::{
         html::Shown,
+        latencies::latencies,
         mesh::{self, Why, part, total},
     },
     console::{bytes, count, duration, percent},
@@ -27,6 +28,7 @@ pub(super) fn page(run: &Run<'_>, shown: &Shown<'_>) -> String {
     time(&mut page, run);
     page.raw("</div></div>\n");
     nodes(&mut page, run);
+    latencies(&mut page, &outcome.latencies);
     messages(&mut page, run);
     memory(&mut page, run);
     mesh::rays(&mut page, run.scene, &run.counts);

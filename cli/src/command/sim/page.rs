@@ -10,6 +10,7 @@ use crate::{
     command::{
         division,
         html::Shown,
+        latencies::latencies,
         mesh::{self, Why, part},
     },
     console::{bytes, count, duration, percent, rate},
@@ -36,7 +37,7 @@ pub(super) fn page(run: &Run<'_>, shown: &Shown<'_>) -> String {
     maps::draw(&mut page, run, &layout);
     time::lines(&mut page, run);
     links::draw(&mut page, run, &layout);
-    time::latencies(&mut page, run);
+    latencies(&mut page, &report.latencies);
     messages(&mut page, run);
     memory(&mut page, run);
     mesh::rays(&mut page, run.scene, &report.totals.counts);

@@ -1,4 +1,4 @@
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// How long things took.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
@@ -49,25 +49,49 @@ pub struct HistogramBucket {
     pub count: u64,
 }
 
-/// Times as they are recorded.
-#[derive(Debug)]
-pub(crate) struct Recorder(hdrhistogram::Histogram<u64>);
+/// Times as they are recorded. It can be sent, as times and how often they were, to be put together with others.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(from = "Vec<(u64, u64)>", into = "Vec<(u64, u64)>")]
+pub(super) struct Recorder(hdrhistogram::Histogram<u64>);
 
-impl Recorder {
+impl Default for Recorder {
     /// Without any yet.
-    pub(crate) fn new() -> Self {
+    fn default() -> Self {
         // Two digits, any 64-bit value: a few KiB, as it grows with the greatest.
         Self(hdrhistogram::Histogram::new(2).expect("two digits are allowed"))
     }
+}
 
-    /// Records a time.
-    pub(crate) fn record(&mut self, ns: u64) {
+impl From<Vec<(u64, u64)>> for Recorder {
+    fn from(times: Vec<(u64, u64)>) -> Self {
+        let mut recorder = Self::default();
+        times.into_iter().for_each(|(ns, count)| recorder.record(ns, count));
+        recorder
+    }
+}
+
+impl From<Recorder> for Vec<(u64, u64)> {
+    fn from(recorder: Recorder) -> Self {
+        let steps = recorder.0.iter_recorded();
+        steps.map(|step| (step.value_iterated_to(), step.count_at_value())).collect()
+    }
+}
+
+impl Recorder {
+    /// Records a time, so many times.
+    pub(super) fn record(&mut self, ns: u64, count: u64) {
         // A histogram that grows refuses nothing.
-        let _ = self.0.record(ns.min(u64::MAX / 2));
+        let _ = self.0.record_n(ns.min(u64::MAX / 2), count);
+    }
+
+    /// Takes over what another has recorded.
+    pub(super) fn add(&mut self, other: &Self) {
+        // A histogram that grows refuses nothing.
+        let _ = self.0.add(&other.0);
     }
 
     /// What was recorded.
-    pub(crate) fn histogram(&self) -> Histogram {
+    pub(super) fn histogram(&self) -> Histogram {
         let all = &self.0;
         if all.is_empty() {
             return Histogram::default();
@@ -97,8 +121,8 @@ mod tests {
 
     #[test]
     fn percentiles_are_exact_to_one_percent() {
-        let mut recorder = Recorder::new();
-        (1..=100_000).for_each(|ns| recorder.record(ns));
+        let mut recorder = Recorder::default();
+        (1..=100_000).for_each(|ns| recorder.record(ns, 1));
         let histogram = recorder.histogram();
         assert_eq!((histogram.count, histogram.min), (100_000, 1));
         for (found, expected) in [
@@ -111,6 +135,18 @@ mod tests {
             assert!(found.abs_diff(expected) * 100 <= expected, "{found} {expected}");
         }
         assert_eq!(histogram.buckets.iter().map(|bucket| bucket.count).sum::<u64>(), 100_000);
-        assert_eq!(Recorder::new().histogram(), Histogram::default());
+        assert_eq!(Recorder::default().histogram(), Histogram::default());
+    }
+
+    #[test]
+    fn what_is_sent_is_what_was_recorded() {
+        let mut recorder = Recorder::default();
+        (1..=10_000).for_each(|ns| recorder.record(ns * ns, ns % 3));
+        let mut twice = Recorder::from(Vec::from(recorder.clone()));
+        let of = |recorder: &Recorder| (recorder.histogram().count, recorder.histogram().p90);
+        assert_eq!(of(&twice), of(&recorder));
+        twice.add(&recorder);
+        assert_eq!(of(&twice), (2 * of(&recorder).0, of(&recorder).1));
+        assert!(Recorder::from(vec![(u64::MAX, u64::MAX), (0, u64::MAX)]).histogram().count > 0);
     }
 }

@@ -1,18 +1,23 @@
+//! How long nodes wait for blocks, answers and tiles, as packets show.
+
 use std::collections::HashMap;
 
 use kiloray_core::network::{HOST, NodeId};
 use kiloray_core::path::PathKey;
 use kiloray_core::protocol::{Items, Message, ReturnAddress};
 
-use crate::report::Recorder;
-use crate::{Latencies, TraceFlow};
+mod histogram;
+
+use histogram::Recorder;
+pub use histogram::{Histogram, HistogramBucket, Latencies};
+use serde::{Deserialize, Serialize};
 
 /// Looks on at what nodes send and receive, and takes down how long they wait: nodes themselves do not keep it.
 ///
 /// A wait begins when the first request enters a link, and ends when its answer is at the node that asked, however
 /// often it had to ask.
 #[derive(Debug)]
-pub(crate) struct Watch {
+pub struct Watch {
     /// Whoever asks for a block has it with its last byte.
     block_bytes: u32,
     /// Blocks that are asked for. Entries of these maps are looked up, never listed.
@@ -24,6 +29,13 @@ pub(crate) struct Watch {
     /// Fetches that have ended, and how many of them are kept.
     flows: Vec<TraceFlow>,
     flows_max: usize,
+    waits: Waits,
+}
+
+/// What was taken down of how long things took. It can be sent, and put together with what others have taken down.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(default)]
+pub struct Waits {
     fetch: Recorder,
     fetch_request: Recorder,
     fetch_owner: Recorder,
@@ -32,9 +44,65 @@ pub(crate) struct Watch {
     tile: Recorder,
 }
 
+impl Waits {
+    /// Whether nothing was taken down.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        *self == Self::default()
+    }
+
+    /// Takes over what another has taken down.
+    pub fn add(&mut self, other: &Self) {
+        let Self { fetch, fetch_request, fetch_owner, fetch_reply, ray, tile } = self;
+        for (all, other) in [
+            (fetch, &other.fetch),
+            (fetch_request, &other.fetch_request),
+            (fetch_owner, &other.fetch_owner),
+            (fetch_reply, &other.fetch_reply),
+            (ray, &other.ray),
+            (tile, &other.tile),
+        ] {
+            all.add(other);
+        }
+    }
+
+    /// In figures.
+    #[must_use]
+    pub fn latencies(&self) -> Latencies {
+        Latencies {
+            fetch: self.fetch.histogram(),
+            fetch_request: self.fetch_request.histogram(),
+            fetch_owner: self.fetch_owner.histogram(),
+            fetch_reply: self.fetch_reply.histogram(),
+            ray: self.ray.histogram(),
+            tile: self.tile.histogram(),
+        }
+    }
+}
+
+/// The way of a request for a block, and of the block.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub struct TraceFlow {
+    /// The block.
+    pub block: u32,
+    /// The node that asked for it.
+    pub asker: u16,
+    /// The node that sent it.
+    pub owner: u16,
+    /// When the asker's last step went on or had ended, as the request left \[ns\].
+    pub asked_ns: u64,
+    /// When the owner's last step went on or had ended, as the first piece left \[ns\].
+    pub served_ns: u64,
+    /// When the last piece was there \[ns\].
+    pub arrived_ns: u64,
+}
+
 /// What is to be seen of a packet at one of its ends.
 #[derive(Debug, Clone, Copy)]
-pub(crate) enum Sight {
+pub struct Sight(Seen);
+
+#[derive(Debug, Clone, Copy)]
+enum Seen {
     /// A request for a block leaves, made in the step that ends, or has ended, at `step`.
     Asks { asker: u16, block: u32, owner: u16, step: u64 },
     /// It has come to who is to send the block.
@@ -55,44 +123,46 @@ pub(crate) enum Sight {
 
 impl Sight {
     /// Of a packet that leaves the place that has made it, in the step that ends, or has ended, at `step`.
-    pub(crate) fn leaving(
+    pub fn leaving(
         from: NodeId,
         to: NodeId,
         step: u64,
         payload: &[u8],
     ) -> impl Iterator<Item = Self> {
         let (asker, owner) = (to.0, from.0);
-        Items::new(payload).filter_map(move |message| match message {
+        let seen = Items::new(payload).filter_map(move |message| match message {
             Message::Fetch { block, .. } => {
-                Some(Self::Asks { asker: from.0, block, owner: to.0, step })
+                Some(Seen::Asks { asker: from.0, block, owner: to.0, step })
             }
-            Message::Part { block, .. } => Some(Self::Serves { asker, block, owner, step }),
+            Message::Part { block, .. } => Some(Seen::Serves { asker, block, owner, step }),
             Message::Ray(ray) if ray.reply.node() == from => {
                 let (slot, key) = slot(&ray.reply);
-                Some(Self::RayLeaves { slot, key })
+                Some(Seen::RayLeaves { slot, key })
             }
             Message::Grant { first, count, .. } if from == HOST => {
-                Some(Self::Grant { first, count })
+                Some(Seen::Grant { first, count })
             }
-            Message::Accepted { tile } => Some(Self::Accepted { tile }),
+            Message::Accepted { tile } => Some(Seen::Accepted { tile }),
             _ => None,
-        })
+        });
+        seen.map(Self)
     }
 
     /// Of a packet that is where it belongs.
-    pub(crate) fn arriving(from: NodeId, at: NodeId, payload: &[u8]) -> impl Iterator<Item = Self> {
-        Items::new(payload).filter_map(move |message| match message {
-            Message::Fetch { block, .. } => Some(Self::IsAsked { asker: from.0, block }),
+    pub fn arriving(from: NodeId, at: NodeId, payload: &[u8]) -> impl Iterator<Item = Self> {
+        let seen = Items::new(payload).filter_map(move |message| match message {
+            Message::Fetch { block, .. } => Some(Seen::IsAsked { asker: from.0, block }),
             Message::Part { block, offset, bytes } => {
                 let end = offset.saturating_add(bytes.len() as u32);
-                Some(Self::HasPart { asker: at.0, block, end })
+                Some(Seen::HasPart { asker: at.0, block, end })
             }
             Message::Answer { to, .. } => {
                 let (slot, key) = slot(&to);
-                Some(Self::Answer { slot, key })
+                Some(Seen::Answer { slot, key })
             }
             _ => None,
-        })
+        });
+        seen.map(Self)
     }
 }
 
@@ -113,7 +183,7 @@ struct Fetch {
 
 impl Watch {
     /// Nothing is under way. Of so many fetches it is taken down between whom they were.
-    pub(crate) fn new(block_bytes: usize, flows_max: usize) -> Self {
+    pub fn new(block_bytes: usize, flows_max: usize) -> Self {
         Self {
             block_bytes: block_bytes as u32,
             fetches: HashMap::new(),
@@ -121,64 +191,59 @@ impl Watch {
             tiles: HashMap::new(),
             flows: Vec::new(),
             flows_max,
-            fetch: Recorder::new(),
-            fetch_request: Recorder::new(),
-            fetch_owner: Recorder::new(),
-            fetch_reply: Recorder::new(),
-            ray: Recorder::new(),
-            tile: Recorder::new(),
+            waits: Waits::default(),
         }
     }
 
     /// Takes down what was seen.
-    pub(crate) fn see(&mut self, now: u64, sight: Sight) {
-        match sight {
-            Sight::Asks { asker, block, owner, step } => {
+    pub fn see(&mut self, now: u64, sight: Sight) {
+        match sight.0 {
+            Seen::Asks { asker, block, owner, step } => {
                 let fetch =
                     Fetch { since: now, asked: 0, served: 0, owner, asked_in: step, served_in: 0 };
                 self.fetches.entry((asker, block)).or_insert(fetch);
             }
-            Sight::IsAsked { asker, block } => {
+            Seen::IsAsked { asker, block } => {
                 if let Some(fetch) = self.fetches.get_mut(&(asker, block))
                     && fetch.asked == 0
                 {
                     fetch.asked = now;
                 }
             }
-            Sight::Serves { asker, block, owner, step } => {
+            Seen::Serves { asker, block, owner, step } => {
                 if let Some(fetch) = self.fetches.get_mut(&(asker, block))
                     && fetch.served == 0
                 {
                     (fetch.served, fetch.served_in, fetch.owner) = (now, step, owner);
                 }
             }
-            Sight::HasPart { asker, block, end } => {
+            Seen::HasPart { asker, block, end } => {
                 if end >= self.block_bytes {
                     self.has_block(now, asker, block);
                 }
             }
-            Sight::RayLeaves { slot, key } => {
+            Seen::RayLeaves { slot, key } => {
                 let entry = self.rays.entry(slot).or_insert((key, now));
                 if entry.0 != key {
                     *entry = (key, now);
                 }
             }
-            Sight::Answer { slot, key } => {
+            Seen::Answer { slot, key } => {
                 if let Some(&(of, since)) = self.rays.get(&slot)
                     && of == key
                 {
                     self.rays.remove(&slot);
-                    self.ray.record(now - since);
+                    self.waits.ray.record(now.saturating_sub(since), 1);
                 }
             }
-            Sight::Grant { first, count } => {
+            Seen::Grant { first, count } => {
                 for tile in first..first.saturating_add(count) {
                     self.tiles.entry(tile).or_insert(now);
                 }
             }
-            Sight::Accepted { tile } => {
+            Seen::Accepted { tile } => {
                 if let Some(since) = self.tiles.remove(&tile) {
-                    self.tile.record(now - since);
+                    self.waits.tile.record(now.saturating_sub(since), 1);
                 }
             }
         }
@@ -198,27 +263,24 @@ impl Watch {
                 arrived_ns: now,
             });
         }
-        self.fetch.record(now - since);
-        self.fetch_request.record(asked.saturating_sub(since));
-        self.fetch_owner.record(served.saturating_sub(asked));
-        self.fetch_reply.record(now - served);
+        self.waits.fetch.record(now.saturating_sub(since), 1);
+        // Who sees one end alone does not see what the owner does.
+        if asked > 0 && served > 0 {
+            self.waits.fetch_request.record(asked.saturating_sub(since), 1);
+            self.waits.fetch_owner.record(served.saturating_sub(asked), 1);
+            self.waits.fetch_reply.record(now.saturating_sub(served), 1);
+        }
     }
 
     /// The fetches that were taken down.
-    pub(crate) fn take_flows(&mut self) -> Vec<TraceFlow> {
+    pub fn take_flows(&mut self) -> Vec<TraceFlow> {
         std::mem::take(&mut self.flows)
     }
 
     /// What was taken down.
-    pub(crate) fn latencies(&self) -> Latencies {
-        Latencies {
-            fetch: self.fetch.histogram(),
-            fetch_request: self.fetch_request.histogram(),
-            fetch_owner: self.fetch_owner.histogram(),
-            fetch_reply: self.fetch_reply.histogram(),
-            ray: self.ray.histogram(),
-            tile: self.tile.histogram(),
-        }
+    #[must_use]
+    pub const fn waits(&self) -> &Waits {
+        &self.waits
     }
 }
 
