@@ -136,7 +136,7 @@ pub fn run_host(
         if !is_supervised && begin.elapsed() > START_LIMIT {
             let at = config.addresses.get(usize::from(node.id().0)).map_or("", String::as_str);
             let limit = START_LIMIT.as_secs();
-            let or = if at.starts_with("tls/") {
+            let or = if at.starts_with("quic/") {
                 ", or its certificate is of another authority"
             } else {
                 ""

@@ -5,6 +5,7 @@ use std::collections::{BTreeMap, VecDeque};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::thread;
 use std::time::Duration;
 
 use kiloray_core::network::{NodeId, Port};
@@ -86,6 +87,8 @@ enum Item {
 const ROOM: usize = 4096;
 /// Longest message of packets, if a packet is not longer: it is one batch of the engine, which sends it in one piece.
 const MESSAGE_BYTES: usize = 60 << 10;
+/// How long it takes at most to leave.
+const CLOSE_LIMIT: Duration = Duration::from_millis(500);
 
 impl Network {
     /// Takes a place in the network of a job.
@@ -231,9 +234,15 @@ impl Network {
         self.shared.foreign.load(Ordering::Relaxed) + self.shared.overflows.load(Ordering::Relaxed)
     }
 
-    /// Leaves the network when all that was said has left.
+    /// Leaves the network when all that was said has left, or has had the time for it.
     pub fn close(self) {
-        let _ = self.session.close().wait();
+        let (done, is_done) = sync_channel(1);
+        // The engine waits for up to ten seconds for the last word of neighbours that are no more.
+        thread::spawn(move || {
+            let _ = self.session.close().wait();
+            let _ = done.send(());
+        });
+        let _ = is_done.recv_timeout(CLOSE_LIMIT);
     }
 
     fn say(&self, topic: String, bytes: Vec<u8>) -> Result<(), Error> {

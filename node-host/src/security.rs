@@ -57,7 +57,7 @@ pub(crate) fn check(config: &Config) -> Result<(), Error> {
             Reach::Anybody => {
                 let rest = address.split_once('/').map_or("", |(_, rest)| rest);
                 return Err(Error::Options(format!(
-                    "{address} can be reached from other machines, by anybody: write tls/{rest} and name certificates in [tls], \
+                    "{address} can be reached from other machines, by anybody: write quic/{rest} and name certificates in [tls], \
                      or give --insecure where all who can reach it may see and change the picture"
                 )));
             }
@@ -82,7 +82,7 @@ impl Reach {
     fn of(address: &str) -> Result<Self, String> {
         let form = || {
             format!(
-                "address '{address}': write tls/NAME:PORT, tcp/127.0.0.1:PORT or unixsock-stream/PATH"
+                "address '{address}': write quic/NAME:PORT, tcp/127.0.0.1:PORT or unixsock-stream/PATH"
             )
         };
         let (protocol, rest) = address.split_once('/').ok_or_else(form)?;
@@ -101,7 +101,7 @@ impl Reach {
         let is_loopback = name == "localhost"
             || name.parse::<IpAddr>().is_ok_and(|ip| ip.to_canonical().is_loopback());
         match protocol {
-            "tls" => Ok(Self::Authenticated),
+            "quic" => Ok(Self::Authenticated),
             "tcp" if is_loopback => Ok(Self::Machine),
             "tcp" => Ok(Self::Anybody),
             _ => Err(form()),
@@ -126,10 +126,11 @@ mod tests {
             ("tcp/[::]:7447", Some(Reach::Anybody)),
             ("tcp/192.168.1.2:7447", Some(Reach::Anybody)),
             ("tcp/localhost.example:7447", Some(Reach::Anybody)),
-            ("tls/0.0.0.0:7447", Some(Reach::Authenticated)),
-            ("tls/render-1.example:7447", Some(Reach::Authenticated)),
-            ("tls/render-1.example:7447#enable_mtls=false", None),
+            ("quic/0.0.0.0:7447", Some(Reach::Authenticated)),
+            ("quic/render-1.example:7447", Some(Reach::Authenticated)),
+            ("quic/render-1.example:7447#enable_mtls=false", None),
             ("tcp/127.0.0.1:7447?prio=1-7", None),
+            ("tls/render-1.example:7447", None),
             ("udp/127.0.0.1:7447", None),
             ("tcp/127.0.0.1", None),
             ("tcp/127.0.0.1:http", None),

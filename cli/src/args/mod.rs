@@ -219,7 +219,7 @@ pub(crate) struct Node {
     /// Which of the processes that are there one after the other [default: by chance]
     #[arg(long, value_name = "N", hide = true)]
     pub(crate) incarnation: Option<u32>,
-    /// Where to listen, if not at its address in the configuration: tls/0.0.0.0:7447 in a container
+    /// Where to listen, if not at its address in the configuration: quic/0.0.0.0:7447 in a container
     #[arg(long, value_name = "ADDRESS")]
     pub(crate) listen: Option<String>,
     /// Let anybody who reaches the addresses see and change the picture: no TLS beyond this machine

@@ -175,7 +175,7 @@ fn what_would_be_open_to_all_is_refused() {
     let text = fs::read_to_string(folder.path().join("mesh.toml")).expect("a configuration");
     assert!(text.contains("scene = \"scene.kilo\"\n"), "{text}");
     folder.file("mesh.toml", text.replace("127.0.0.1", "0.0.0.0"));
-    let words = ["tcp/0.0.0.0:7447", "tls/0.0.0.0:7447", "--insecure"];
+    let words = ["tcp/0.0.0.0:7447", "quic/0.0.0.0:7447", "--insecure"];
     folder.run("node --config mesh.toml --node 0").refused(2, &words);
     folder.run("host --config mesh.toml").refused(2, &words);
     folder.file("mesh.toml", text);

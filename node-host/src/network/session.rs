@@ -1,4 +1,4 @@
-use std::net::TcpListener;
+use std::net::{TcpListener, UdpSocket};
 
 use serde_json::{Value, json};
 use zenoh::{Session, Wait};
@@ -56,9 +56,12 @@ pub(super) fn open(config: &Config, job: &Job, place: Place) -> Result<Session, 
         Error::Network(match listen.first() {
             Some(address) => {
                 // In its own words, if it is the system that refuses.
-                let system = address.split_once('/').and_then(|(protocol, address)| {
-                    ["tcp", "tls"].contains(&protocol).then(|| TcpListener::bind(address).err())?
-                });
+                let system =
+                    address.split_once('/').and_then(|(protocol, address)| match protocol {
+                        "tcp" => TcpListener::bind(address).err(),
+                        "quic" => UdpSocket::bind(address).err(),
+                        _ => None,
+                    });
                 let cause = system.map_or_else(|| plain(&error.to_string()), |e| e.to_string());
                 format!("cannot listen at {address}: {cause}")
             }

@@ -47,10 +47,10 @@ impl Authority {
 }
 
 #[test]
-fn a_mesh_over_tls_renders_the_same_bits() {
+fn a_mesh_over_quic_renders_the_same_bits() {
     let folder = TempDir::new().expect("a directory");
     let file = scene("glass");
-    let mut config = mesh(&folder, &file, "tls", 3);
+    let mut config = mesh(&folder, &file, "quic", 3);
     config.tls = Some(Authority::new().sign(folder.path(), "all"));
     let job = Job::new(&config, &file.view()).expect("a job");
     let outcome = render(&config, &file, &|_| {}).expect("a picture");
@@ -62,7 +62,7 @@ fn a_mesh_over_tls_renders_the_same_bits() {
 fn nobody_takes_part_without_a_certificate_of_the_mesh() {
     let folder = TempDir::new().expect("a directory");
     let file = scene("cornell");
-    let mut config = mesh(&folder, &file, "tls", 1);
+    let mut config = mesh(&folder, &file, "quic", 1);
     let authority = Authority::new();
     config.tls = Some(authority.sign(folder.path(), "node"));
     let job = Job::new(&config, &file.view()).expect("a job");
@@ -78,7 +78,7 @@ fn nobody_takes_part_without_a_certificate_of_the_mesh() {
     assert!(!joins(address, Some(&impostor)), "another certificate");
     assert!(!joins(address, Some(&foreign)), "another authority");
     assert!(!joins(address, None), "no certificate");
-    let plain = address.replace("tls/", "tcp/");
+    let plain = address.replace("quic/", "tcp/");
     assert!(!joins(&plain, None), "no TLS");
 }
 
@@ -124,16 +124,16 @@ fn what_others_could_reach_is_refused() {
     };
     open(&config).expect("a network of this machine");
     config.addresses = vec!["tcp/192.0.2.1:7447".into()];
-    refused(&config, &["tcp/192.0.2.1:7447", "tls/192.0.2.1:7447", "[tls]", "--insecure"]);
+    refused(&config, &["tcp/192.0.2.1:7447", "quic/192.0.2.1:7447", "[tls]", "--insecure"]);
     config.insecure = true;
     open(&config).expect("as it was said");
     config.insecure = false;
-    config.addresses = vec!["tls/192.0.2.1:7447".into()];
-    refused(&config, &["tls/192.0.2.1:7447", "root", "certificate", "key"]);
+    config.addresses = vec!["quic/192.0.2.1:7447".into()];
+    refused(&config, &["quic/192.0.2.1:7447", "root", "certificate", "key"]);
     let mut tls = Authority::new().sign(folder.path(), "node");
     tls.key = folder.path().join("nowhere.pem");
     config.tls = Some(tls);
     refused(&config, &["nowhere.pem"]);
-    config.addresses = vec!["tls/192.0.2.1:7447#enable_mtls=false".into()];
-    refused(&config, &["enable_mtls=false", "tls/NAME:PORT"]);
+    config.addresses = vec!["quic/192.0.2.1:7447#enable_mtls=false".into()];
+    refused(&config, &["enable_mtls=false", "quic/NAME:PORT"]);
 }
