@@ -45,6 +45,15 @@ pub enum FileError {
         /// Bytes that are.
         found: u64,
     },
+    /// More bytes than the header says.
+    Longer {
+        /// Bytes that should be there.
+        expected: u64,
+        /// Bytes that are.
+        found: u64,
+    },
+    /// Between the tables and the first block there is something.
+    Padding,
     /// The checksum of header and tables does not match.
     Checksum,
     /// A size, offset or count in the header that cannot be.
@@ -87,21 +96,19 @@ pub enum Table {
 impl<'a> KiloView<'a> {
     /// Opens a file, and checks all of it but the blocks.
     ///
-    /// `bytes` begins at a multiple of 16, and may be longer than the file.
+    /// `bytes` begins at a multiple of 16, and is the file, no more and no less.
     ///
     /// # Errors
     /// [`FileError`] names the first thing found wrong.
     pub fn parse(bytes: &'a [u8]) -> Result<Self, FileError> {
         let header = header(bytes)?;
-        let file = usize::try_from(header.file_bytes).ok().and_then(|n| bytes.get(..n));
-        let Some(bytes) = file else {
-            let found = bytes.len() as u64;
-            return Err(FileError::Truncated { expected: header.file_bytes, found });
-        };
-        Self::open(bytes, header)
-    }
-
-    fn open(bytes: &'a [u8], header: &'a FileHeader) -> Result<Self, FileError> {
+        let (expected, found) = (header.file_bytes, bytes.len() as u64);
+        if found < expected {
+            return Err(FileError::Truncated { expected, found });
+        }
+        if found > expected {
+            return Err(FileError::Longer { expected, found });
+        }
         let (file, end) = Self::open_head(bytes, header)?;
         Ok(Self { blocks: blocks(bytes, header, end)?, ..file })
     }
@@ -134,7 +141,8 @@ impl<'a> KiloView<'a> {
         }
         tables::check(materials, lights, views, needs)?;
         let [needs] = needs else { return Err(FileError::Header) };
-        if !tables::header_is_sound(header) {
+        // There is a root, even of nothing.
+        if header.blocks == 0 || !tables::header_is_sound(header) {
             return Err(FileError::Header);
         }
         let left_out = needs.bits & Needs::LEFT_OUT;
@@ -308,7 +316,10 @@ fn blocks<'a>(bytes: &'a [u8], header: &FileHeader, end: usize) -> Result<&'a [Q
     if !at.is_multiple_of(size.min(4096)) || at < end || at.checked_add(len) != Some(bytes.len()) {
         return Err(FileError::Header);
     }
-    let part = bytes.get(at..).ok_or(FileError::Header)?;
+    let (before, part) = bytes.split_at_checked(at).ok_or(FileError::Header)?;
+    if before.get(end..).is_none_or(|padding| padding.iter().any(|&byte| byte != 0)) {
+        return Err(FileError::Padding);
+    }
     bytemuck::try_cast_slice(part).map_err(|_| FileError::Alignment)
 }
 
@@ -323,6 +334,10 @@ impl fmt::Display for FileError {
             Self::Truncated { expected, found } => {
                 write!(f, "the file ends after {found} of {expected} bytes")
             }
+            Self::Longer { expected, found } => {
+                write!(f, "the file has {found} bytes where its header says {expected}")
+            }
+            Self::Padding => f.write_str("what lies between the tables and the blocks is not zero"),
             Self::Checksum => f.write_str("the checksum of the tables does not match"),
             Self::Header => f.write_str("the header holds a size or offset that cannot be"),
             Self::Table { table, entry } => {

@@ -58,7 +58,8 @@
 //!
 //! [`FileHeader`], then the sections it names, each beginning at a multiple of 64 and apart from the blocks
 //! in the order of the header; the blocks come last and begin at a multiple of the
-//! block size (at most 4096).
+//! block size (at most 4096). What lies between the last section and the first block is zero, and the file ends with
+//! the last block: a changed byte is found anywhere, by a checksum or as a byte that is not zero.
 
 use bytemuck::{Pod, Zeroable};
 
@@ -241,7 +242,7 @@ pub struct FileHeader {
     pub block_bytes: u32,
     /// Length of the file.
     pub file_bytes: u64,
-    /// Number of blocks; 0 for a scene without surfaces.
+    /// Number of blocks; at least 1, as a scene without surfaces has a root as well.
     pub blocks: u32,
     /// Index of the root node in block 0 is 0. Primitives in the file, for information.
     pub primitives: u32,

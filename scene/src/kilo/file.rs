@@ -136,11 +136,6 @@ impl KiloFile {
     }
 
     fn check(&self) -> Result<(), FileError> {
-        let view = KiloView::parse(self.bytes())?;
-        // There is a root, even of nothing.
-        if view.blocks() == 0 {
-            return Err(FileError::Header);
-        }
-        check_blocks(&view)
+        check_blocks(&KiloView::parse(self.bytes())?)
     }
 }
