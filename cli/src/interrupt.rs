@@ -16,15 +16,15 @@ static GENTLE: AtomicBool = AtomicBool::new(false);
 /// It was asked to.
 static CANCEL: AtomicBool = AtomicBool::new(false);
 
-/// Files that are not complete yet.
+/// Files that are not complete yet, and directories that were made for them.
 static PARTIAL: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
 
-/// A file to remove on an interrupt, as long as this lives.
+/// A file to remove on an interrupt, as long as this lives; or a directory, if nothing is in it.
 #[derive(Debug)]
 pub(crate) struct Partial(PathBuf);
 
 impl Partial {
-    /// Enters a file.
+    /// Enters a file or a directory, by a path from the root.
     pub(crate) fn new(path: &Path) -> Self {
         if let Ok(mut all) = PARTIAL.lock() {
             all.insert(path.to_owned());
@@ -62,8 +62,9 @@ pub(crate) fn install() {
         // The lock is kept: no file can be completed or begun from here on.
         let all = PARTIAL.lock();
         if let Ok(all) = &all {
-            for path in all.iter() {
-                let _ = fs::remove_file(path);
+            // What lies in a directory comes before it.
+            for path in all.iter().rev() {
+                let _ = fs::remove_file(path).or_else(|_| fs::remove_dir(path));
             }
         }
         crate::progress::clear();

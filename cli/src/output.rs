@@ -1,9 +1,11 @@
 //! Files that appear complete or not at all.
 
 use std::{
+    collections::BTreeSet,
     fs::{self, File, OpenOptions},
     io::{self, BufWriter, Write},
     path::{Path, PathBuf},
+    sync::Mutex,
 };
 
 use tempfile::NamedTempFile;
@@ -15,11 +17,89 @@ use crate::{
 
 /// A file to be written: under a name of its own beside its place, and renamed when complete.
 ///
-/// Opening it shows at once, before any work, whether it can be written.
+/// Opening it shows at once, before any work, whether it can be written, and whether another output has the same place.
 #[derive(Debug)]
 pub(crate) struct Output {
     path: PathBuf,
     target: Target,
+    /// Until it is written.
+    claim: Option<Claim>,
+}
+
+/// Where something is being written.
+static CLAIMED: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
+
+/// A place that no other output gets, as long as this lives.
+#[derive(Debug)]
+struct Claim(PathBuf);
+
+impl Claim {
+    /// `path` is what was typed, for the message.
+    fn new(place: &Path, path: &Path) -> Outcome<Self> {
+        if CLAIMED.lock().is_ok_and(|mut all| !all.insert(place.to_owned())) {
+            let what = if path == Path::new("-") {
+                "the standard output".into()
+            } else {
+                path.display().to_string()
+            };
+            return Err(Failure::usage(format_args!(
+                "{what}: two outputs of this command go there; give each a place of its own"
+            )));
+        }
+        Ok(Self(place.to_owned()))
+    }
+}
+
+impl Drop for Claim {
+    fn drop(&mut self) {
+        if let Ok(mut all) = CLAIMED.lock() {
+            all.remove(&self.0);
+        }
+    }
+}
+
+/// A directory for outputs. Those that were made on the way to it go again, with an interrupt as well, if nothing was written into them.
+#[derive(Debug)]
+pub(crate) struct Folder {
+    /// From the innermost.
+    made: Vec<(PathBuf, Partial)>,
+}
+
+impl Folder {
+    /// Makes the directory, and those above it.
+    pub(crate) fn create(path: &Path) -> Outcome<Self> {
+        let missing: Vec<_> = path
+            .ancestors()
+            .filter(|folder| *folder != Path::new(""))
+            .take_while(|folder| fs::symlink_metadata(folder).is_err())
+            .collect();
+        let mut folder = Self { made: Vec::new() };
+        for missing in missing.into_iter().rev() {
+            match fs::create_dir(missing) {
+                // As in `a/..` behind `a`, or somebody else was quicker.
+                Err(_) if missing.is_dir() => {}
+                made => {
+                    made.map_err(|error| Failure::io(missing, &error))?;
+                    let place = fs::canonicalize(missing).unwrap_or_else(|_| missing.to_owned());
+                    let partial = Partial::new(&place);
+                    folder.made.insert(0, (place, partial));
+                }
+            }
+        }
+        if !path.is_dir() {
+            return Err(Failure::file(path, "is a file; give a directory, or a new name for one"));
+        }
+        Ok(folder)
+    }
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        for (folder, _) in &self.made {
+            // One that is not empty stays.
+            let _ = fs::remove_dir(folder);
+        }
+    }
 }
 
 #[derive(Debug)]
@@ -35,13 +115,15 @@ impl Output {
     /// Begins a file; `-` is the standard output.
     pub(crate) fn create(path: &Path) -> Outcome<Self> {
         let io = |error: io::Error| Failure::io(path, &error);
-        let target = if path == Path::new("-") {
-            Target::Standard
+        let (target, claim) = if path == Path::new("-") {
+            (Target::Standard, Some(Claim::new(path, path)?))
         } else if let Some(kind) = fs::metadata(path).ok().filter(|kind| !kind.is_file()) {
             if kind.is_dir() {
                 return Err(Failure::file(path, "is a directory; give a file name"));
             }
-            Target::Special(OpenOptions::new().write(true).open(path).map_err(io)?)
+            // Several may write to one.
+            let file = OpenOptions::new().write(true).open(path).map_err(io)?;
+            (Target::Special(file), None)
         } else {
             // A link stays, what it leads to is replaced.
             let place = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
@@ -54,6 +136,8 @@ impl Output {
                     format!("there is no directory '{}'; create it first", folder.display());
                 return Err(Failure::file(path, cause));
             }
+            let folder = fs::canonicalize(folder).unwrap_or_else(|_| folder.to_owned());
+            let claim = Claim::new(&folder.join(place.file_name().unwrap_or_default()), path)?;
             let mut builder = tempfile::Builder::new();
             builder.prefix(".kiloray-").suffix(".part");
             #[cfg(unix)]
@@ -64,9 +148,9 @@ impl Output {
             }
             let file = builder.tempfile_in(folder).map_err(io)?;
             let partial = Partial::new(file.path());
-            Target::File(file, partial)
+            (Target::File(file, partial), Some(claim))
         };
-        Ok(Self { path: path.to_owned(), target })
+        Ok(Self { path: path.to_owned(), target, claim })
     }
 
     /// The same file under a name that says that it is not all: `room.incomplete.png`.
@@ -98,7 +182,7 @@ impl Output {
         self,
         write: impl FnOnce(&mut dyn Write) -> io::Result<()>,
     ) -> Outcome {
-        let Self { path, target } = self;
+        let Self { path, target, claim: _claim } = self;
         let io = |error: io::Error| Failure::io(&path, &error);
         match target {
             Target::Standard => {
@@ -152,6 +236,40 @@ mod tests {
         Output::create(&path).unwrap().incomplete().write(b"half").unwrap();
         assert_eq!(fs::read(folder.path().join("out.incomplete.txt")).unwrap(), b"half");
         assert_eq!(fs::read(&path).unwrap(), b"first");
+    }
+
+    #[test]
+    fn no_two_outputs_have_one_place() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("out.txt");
+        let again = folder.path().join(".").join("out.txt");
+        let first = Output::create(&path).unwrap();
+        let refused = Output::create(&again);
+        assert!(matches!(refused, Err(Failure::Usage(message)) if message.contains("out.txt")));
+        first.write(b"first").unwrap();
+        // There now, and free.
+        let second = Output::create(&again).unwrap();
+        assert!(Output::create(&path).is_err());
+        second.write(b"second").unwrap();
+        assert_eq!(fs::read(&path).unwrap(), b"second");
+    }
+
+    #[test]
+    fn directories_that_stay_empty_go_again() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a").join("b");
+        drop(Folder::create(&path).unwrap());
+        assert!(!folder.path().join("a").exists());
+        let made = Folder::create(&path).unwrap();
+        Output::create(&path.join("out.txt")).unwrap().write(b"all").unwrap();
+        drop(made);
+        assert_eq!(fs::read(path.join("out.txt")).unwrap(), b"all");
+        // What was there before stays, empty or not.
+        fs::create_dir(folder.path().join("c")).unwrap();
+        drop(Folder::create(&folder.path().join("c")).unwrap());
+        assert!(folder.path().join("c").is_dir());
+        let refused = Folder::create(&path.join("out.txt"));
+        assert!(matches!(refused, Err(Failure::Failed(message)) if message.contains("is a file")));
     }
 
     #[cfg(unix)]

@@ -1,13 +1,13 @@
 //! A page about a run: one file that shows itself everywhere, and its figures beside it.
 
-use std::{fs, path::Path};
+use std::path::Path;
 
 use super::report::{Run, not_needed};
 use crate::{
     args::Exposure,
     console::{bytes, count},
     failure::{Failure, Outcome},
-    output::Output,
+    output::{Folder, Output},
     page::{Bar, Page},
     picture::{self, Picture},
     scene::Scene,
@@ -18,6 +18,8 @@ pub(super) struct Files {
     page: Output,
     json: Output,
     picture: Output,
+    /// Goes last: it is empty if none of them was written.
+    _folder: Folder,
 }
 
 /// A picture for the page.
@@ -43,12 +45,13 @@ impl<'a> Shown<'a> {
 impl Files {
     /// Makes the directory, and begins the files in it.
     pub(super) fn create(folder: &Path) -> Outcome<Self> {
-        fs::create_dir_all(folder).map_err(|error| Failure::io(folder, &error))?;
+        let made = Folder::create(folder)?;
         let file = |name: &str| Output::create(&folder.join(name));
         Ok(Self {
             page: file("index.html")?,
             json: file("report.json")?,
             picture: file("picture.png")?,
+            _folder: made,
         })
     }
 

@@ -1,6 +1,6 @@
 //! The command line itself.
 
-use std::process::Stdio;
+use std::{fs, process::Stdio};
 
 use crate::support::Folder;
 
@@ -119,6 +119,46 @@ fn senseless_lines_are_refused_in_one_line() {
         folder.run(line).refused(2, &[part]);
     }
     assert!(folder.names().is_empty(), "something is left behind");
+}
+
+#[test]
+fn no_two_outputs_have_one_name() {
+    let folder = Folder::new();
+    folder.file("old.png", "as it was");
+    let small = "--width 8 --samples 1";
+    for (line, name) in [
+        ("render cornell -o old.png --json old.png", "old.png"),
+        ("render cornell -o new.png --json ./new.png", "new.png"),
+        ("render cornell -o page/picture.png --report page", "picture.png"),
+        ("sim cornell --json run.json --trace run.json", "run.json"),
+        ("sim cornell --json - --trace -", "standard output"),
+    ] {
+        // A picture can be sent into a directory that is there.
+        if line.contains("page") {
+            fs::create_dir(folder.path().join("page")).unwrap();
+        }
+        folder.run(&format!("{line} {small}")).refused(2, &[name, "two outputs"]);
+    }
+    folder.run("compile cornell -o a.kilo --json a.kilo").refused(2, &["a.kilo"]);
+    assert_eq!(folder.names(), ["old.png", "page"]);
+    assert_eq!(fs::read(folder.path().join("old.png")).unwrap(), b"as it was");
+    // A device takes what several write.
+    #[cfg(unix)]
+    folder.run("compile cornell --json /dev/null").done();
+}
+
+#[test]
+fn a_report_goes_into_a_directory() {
+    let folder = Folder::new();
+    folder.file("file", "as it was");
+    let small = "--width 8 --samples 1 -o a.png";
+    for path in ["file", "file/page"] {
+        let line = format!("render cornell {small} --report {path}");
+        folder.run(&line).refused(1, &["file"]);
+    }
+    // An error behind it takes it away again.
+    folder.run(&format!("render cornell {small} --report new/page --json new/page/report.json"));
+    assert_eq!(folder.names(), ["file"]);
 }
 
 #[test]
