@@ -1,6 +1,9 @@
 //! From what was typed to a compiled scene.
 
-use std::path::{Path, PathBuf};
+use std::{
+    path::{Path, PathBuf},
+    sync::Once,
+};
 
 use kiloray_core::scene::View;
 use kiloray_scene::{
@@ -8,7 +11,7 @@ use kiloray_scene::{
     compile::{self, Stage, Stats},
     import::{self, ImportOptions},
     kilo::{KiloError, KiloFile},
-    model::Model,
+    model::{Model, Note},
     needs::Summary,
 };
 
@@ -31,6 +34,9 @@ pub(crate) struct Scene {
     pub(crate) summary: Option<Summary>,
     /// What was ignored or repaired.
     pub(crate) notes: Vec<String>,
+    /// They were printed.
+    told: Once,
+    quiet: bool,
 }
 
 /// One of the names typed.
@@ -56,13 +62,16 @@ pub(crate) fn load(
                 path.display()
             )));
         }
-        return open(path, block);
+        return open(path, block, quiet);
     }
-    let model = {
+    let mut notes = Vec::new();
+    let read = {
         let progress = Progress::new("reading", 0, quiet);
         progress.message(scenes[0].display().to_string());
-        read(&sources)?
+        read(&sources, &mut notes)
     };
+    let model = read.inspect_err(|_| tell(&notes, quiet))?;
+    notes.extend(model.notes.iter().map(Note::to_string));
     let options = compile::Options { block_bytes: block.unwrap_or(fallback) as usize };
     let mut stage = None;
     let mut report = |next: Stage, done: u64, total: u64| {
@@ -76,14 +85,14 @@ pub(crate) fn load(
         current.set(done);
         stage = Some((next, current));
     };
-    let compiled = compile::compile(&model, &options, &mut report).map_err(Failure::new)?;
+    let compiled = compile::compile(&model, &options, &mut report);
     drop(stage);
+    let compiled = compiled.inspect_err(|_| tell(&notes, quiet)).map_err(Failure::new)?;
     let (stats, summary) = (compiled.stats.clone(), compiled.summary.clone());
     let name = match &sources[0] {
         Source::Builtin(name) => name.replace(':', "-"),
         Source::Compiled(path) | Source::File(path) => stem(path),
     };
-    let mut notes: Vec<_> = model.notes.iter().map(ToString::to_string).collect();
     if stats.dropped > 0 {
         notes.push(format!(
             "a surface that is too small beside the whole scene for 32 bits: left out ({} {})",
@@ -92,10 +101,11 @@ pub(crate) fn load(
         ));
     }
     let file = KiloFile::from_compiled(compiled);
-    Ok(Scene { name, file, stats: Some(stats), summary: Some(summary), notes })
+    let (stats, summary) = (Some(stats), Some(summary));
+    Ok(Scene { name, file, stats, summary, notes, told: Once::new(), quiet })
 }
 
-fn open(path: &Path, block: Option<u32>) -> Outcome<Scene> {
+fn open(path: &Path, block: Option<u32>, quiet: bool) -> Outcome<Scene> {
     let file = KiloFile::open(path).map_err(|error| match error {
         KiloError::Io { path, source } => Failure::io(&path, &source),
         KiloError::Damaged { path, error } => Failure::file(
@@ -110,7 +120,15 @@ fn open(path: &Path, block: Option<u32>) -> Outcome<Scene> {
             "{}: is compiled to blocks of {has} bytes; leave out --block, or compile the scene again",
             path.display()
         ))),
-        _ => Ok(Scene { name: stem(path), file, stats: None, summary: None, notes: Vec::new() }),
+        _ => Ok(Scene {
+            name: stem(path),
+            file,
+            stats: None,
+            summary: None,
+            notes: Vec::new(),
+            told: Once::new(),
+            quiet,
+        }),
     }
 }
 
@@ -145,8 +163,9 @@ fn source(name: &Path) -> Outcome<Source> {
     }
 }
 
-/// One model of all sources, in their order. Views that were named as files come first.
-fn read(sources: &[Source]) -> Outcome<Model> {
+/// One model of all sources, in their order. Views that were named as files come first. Where there is an error, `notes` are what was
+/// ignored or repaired before it.
+fn read(sources: &[Source], notes: &mut Vec<String>) -> Outcome<Model> {
     let files: Vec<_> = sources
         .iter()
         .filter_map(|s| if let Source::File(path) = s { Some(path) } else { None })
@@ -156,7 +175,10 @@ fn read(sources: &[Source]) -> Outcome<Model> {
         _ => None,
     });
     let Some(name) = builtins.next() else {
-        return import::load(&files, &ImportOptions::default()).map_err(Failure::new);
+        return import::load(&files, &ImportOptions::default()).map_err(|error| {
+            notes.extend(error.notes.iter().map(Note::to_string));
+            Failure::new(error)
+        });
     };
     if let Some(other) = builtins.next() {
         return Err(Failure::usage(format_args!(
@@ -195,15 +217,15 @@ impl Scene {
 
     /// Says once what was ignored or repaired.
     pub(crate) fn print_notes(&self, quiet: bool) {
-        if !quiet {
-            for note in &self.notes {
-                failure::warn(note);
-            }
-        }
+        self.told.call_once(|| tell(&self.notes, quiet));
     }
 
-    /// The view to render.
+    /// The view to render. If there is none, the notes may say why.
     pub(crate) fn choose_view(&self, choice: Option<&ViewChoice>) -> Outcome<View> {
+        self.find_view(choice).inspect_err(|_| self.print_notes(self.quiet))
+    }
+
+    fn find_view(&self, choice: Option<&ViewChoice>) -> Outcome<View> {
         let file = self.file.view();
         let views = file.views();
         let names = || {
@@ -234,6 +256,13 @@ impl Scene {
                     .ok_or_else(|| Failure::new(format_args!("{text}: the view has no direction")))
             }
         }
+    }
+}
+
+/// Prints what was ignored or repaired.
+fn tell(notes: &[String], quiet: bool) {
+    if !quiet {
+        notes.iter().for_each(|note| failure::warn(note));
     }
 }
 

@@ -157,7 +157,6 @@ fn quiet_says_nothing_and_a_pipe_sees_no_bar() {
 fn bad_files_are_refused_by_name_and_line() {
     let folder = Folder::new();
     folder.file("nan.obj", "v 0 0 0\nv nan 1 0\nv 0 1 inf\nf 1 2 3\n");
-    folder.file("empty.rad", "");
     folder.file("short.rad", "void polygon a 0 0 9 0 0 0 1 0 0\n");
     folder.file("random.kilo", (0..9999).map(|i: u32| (i * 31 % 251) as u8).collect::<Vec<_>>());
     folder.file("model.glb", [0; 64]);
@@ -165,7 +164,6 @@ fn bad_files_are_refused_by_name_and_line() {
     let before = folder.names();
     for (name, part) in [
         ("nan.obj", "nan.obj:2"),
-        ("empty.rad", "nothing"),
         ("short.rad", "short.rad:"),
         ("random.kilo", "random.kilo"),
         ("model.glb", ".rad"),
@@ -177,6 +175,31 @@ fn bad_files_are_refused_by_name_and_line() {
         folder.run(&format!("render {name} -o out.png")).refused(1, &[part]);
     }
     assert_eq!(folder.names(), before, "something is left behind");
+}
+
+#[test]
+fn what_was_ignored_is_said_before_the_error() {
+    let folder = Folder::new();
+    folder.file("empty.rad", "");
+    folder.file("void.rad", "void sphere s 0 0 4 0 0 0 1\n");
+    folder.file("sky.rad", "void light l 0 0 3 1 1 1\nl source s 0 0 4 0 0 1 90\n");
+    for (names, note, error) in [
+        ("empty.rad", "the file is empty", "nothing to render"),
+        ("void.rad", "void.rad:1: a surface whose modifier is void", "nothing to render"),
+        ("void.rad sky.rad", "void.rad:1: a surface whose modifier is void", "no view"),
+    ] {
+        for command in ["render", "sim"] {
+            let ran = folder.run(&format!("{command} {names}"));
+            let message = ran.err();
+            let [first, last] = message.lines().collect::<Vec<_>>()[..] else {
+                panic!("{message}")
+            };
+            assert_eq!(ran.code(), Some(1), "{message}");
+            assert!(first.starts_with("note: ") && first.contains(note), "{message}");
+            assert!(last.starts_with("error: ") && last.contains(error), "{message}");
+            folder.run(&format!("{command} {names} --quiet")).refused(1, &[error]);
+        }
+    }
 }
 
 #[test]

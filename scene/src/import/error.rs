@@ -2,7 +2,7 @@ use std::path::Path;
 
 use thiserror::Error;
 
-use crate::model::{ModelError, Place};
+use crate::model::{ModelError, Note, Place};
 
 /// A file cannot be read into a scene: `file:line: cause; what to do`, in one line.
 #[derive(Debug, Error)]
@@ -14,6 +14,8 @@ pub struct ImportError {
     pub cause: Cause,
     /// The place that included the file, if another did.
     pub from: Option<Place>,
+    /// What was ignored or repaired before: it may be why nothing is left.
+    pub notes: Vec<Note>,
 }
 
 /// Why a file cannot be read.
@@ -67,7 +69,7 @@ impl std::fmt::Display for ImportError {
 
 impl ImportError {
     pub(super) fn new(place: Place, cause: impl Into<Cause>) -> Self {
-        Self { place, cause: cause.into(), from: None }
+        Self { place, cause: cause.into(), from: None, notes: Vec::new() }
     }
 }
 

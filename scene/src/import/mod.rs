@@ -2,7 +2,7 @@
 //!
 //! [`load`] makes one scene of several files. Whatever is wrong with a file is an [`ImportError`] of
 //! one line, `file:line: cause`; what is ignored or repaired is counted in
-//! [`Model::notes`](crate::model::Model::notes).
+//! [`Model::notes`](crate::model::Model::notes), and stands in the error too if there is one.
 //!
 //! # Defaults
 //!
@@ -48,14 +48,25 @@ pub struct ImportOptions {
 /// If a file cannot be read or is not as its format demands, or if the scene is empty.
 pub fn load<P: AsRef<Path>>(paths: &[P], options: &ImportOptions) -> Result<Model, ImportError> {
     let mut model = Model::default();
+    match read(&mut model, paths, options) {
+        Ok(()) => Ok(model),
+        Err(error) => Err(ImportError { notes: model.notes.iter().cloned().collect(), ..error }),
+    }
+}
+
+fn read<P: AsRef<Path>>(
+    model: &mut Model,
+    paths: &[P],
+    options: &ImportOptions,
+) -> Result<(), ImportError> {
     let mut names = radiance::Names::default();
     for path in paths {
         let path = path.as_ref();
         let kind = path.extension().and_then(|e| e.to_str()).unwrap_or_default();
         match kind.to_ascii_lowercase().as_str() {
-            "rad" | "mat" => radiance::read(&mut model, &mut names, path, &options.limits)?,
-            "vf" => view::read(&mut model, path, &options.limits)?,
-            "obj" => obj::read(&mut model, path, &options.limits)?,
+            "rad" | "mat" => radiance::read(model, &mut names, path, &options.limits)?,
+            "vf" => view::read(model, path, &options.limits)?,
+            "obj" => obj::read(model, path, &options.limits)?,
             other => return Err(refusal(path, other)),
         }
     }
@@ -66,9 +77,9 @@ pub fn load<P: AsRef<Path>>(paths: &[P], options: &ImportOptions) -> Result<Mode
     }
     if !options.bare {
         let upright = paths.iter().any(|p| p.as_ref().extension().is_some_and(|e| e != "obj"));
-        defaults::complete(&mut model, upright);
+        defaults::complete(model, upright);
     }
-    Ok(model)
+    Ok(())
 }
 
 /// Why a file of this kind is not read.

@@ -57,6 +57,15 @@ fn several_files_make_one_scene() {
 }
 
 #[test]
+fn an_error_brings_the_notes_that_came_before() {
+    let files = Files::new(&[("a.rad", "void sphere s 0 0 4 0 0 0 1\n")]);
+    let error = files.load("a.rad").unwrap_err();
+    assert!(matches!(error.cause, Cause::Empty));
+    let notes: Vec<_> = error.notes.iter().map(|note| (note.first.line, note.count)).collect();
+    assert_eq!(notes, [(1, 1)]);
+}
+
+#[test]
 fn a_scene_with_light_and_view_gets_no_default() {
     let sun = "void light l 0 0 3 1 1 1\nl source s 0 0 4 0 0 1 .5\n";
     let files = Files::new(&[("a.rad", &format!("{BALL}{sun}")), ("v.vf", "rvu -vp 0 -9 0\n")]);
