@@ -178,6 +178,22 @@ fn bad_files_are_refused_by_name_and_line() {
 }
 
 #[test]
+fn files_are_sought_beside_the_one_that_names_them_then_here() {
+    let folder = Folder::new();
+    let spheres = |n: usize| "m sphere s 0 0 4 0 0 0 1\n".repeat(n);
+    fs::create_dir(folder.path().join("rooms")).unwrap();
+    folder.file("rooms/room.rad", "void plastic m 0 0 5 .5 .5 .5 0 0\n!xform lib/ball.rad\n");
+    let small = "render rooms/room.rad --width 8 --samples 1";
+    folder.run(small).refused(1, &["rooms/lib/ball.rad: no such file", "room.rad:2"]);
+    fs::create_dir(folder.path().join("lib")).unwrap();
+    folder.file("lib/ball.rad", spheres(1));
+    assert_eq!(folder.counted(small)["surfaces"], 1);
+    fs::create_dir(folder.path().join("rooms/lib")).unwrap();
+    folder.file("rooms/lib/ball.rad", spheres(2));
+    assert_eq!(folder.counted(small)["surfaces"], 2, "the nearer one counts");
+}
+
+#[test]
 fn what_was_ignored_is_said_before_the_error() {
     let folder = Folder::new();
     folder.file("empty.rad", "");

@@ -18,7 +18,7 @@
 //! - `instance` and `mesh` are refused, for the picture would lack what they hold;
 //! - a surface whose modifier is `void` is nothing to see, as in Radiance, and dropped with a note.
 //!
-//! A file named by `!xform` is sought in the directory of the file that names it.
+//! A file named by `!xform` is sought in the directory of the file that names it, then in the current directory, where Radiance looks.
 
 mod command;
 mod genbox;

@@ -239,7 +239,9 @@ impl<'a> Reader<'a> {
                 for file in &stage.files {
                     let file = Path::new(std::str::from_utf8(file).unwrap_or_default());
                     let near = path.parent().unwrap_or(Path::new("")).join(file);
-                    reader.include(&near, context).map_err(|mut error| {
+                    // Radiance looks in the current directory.
+                    let found = if near.exists() || !file.exists() { &near } else { file };
+                    reader.include(found, context).map_err(|mut error| {
                         error.from.get_or_insert_with(|| place.clone());
                         error
                     })?;
