@@ -30,21 +30,36 @@ pub struct Note {
     pub count: u64,
     /// Where it came up first.
     pub first: Place,
+    /// What it is about, if that has names: the first different ones.
+    pub names: Vec<String>,
+    /// There are more names.
+    pub more_names: bool,
 }
 
 impl fmt::Display for Note {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.first.file.is_some() {
+            write!(f, "{}: ", self.first)?;
+        }
+        f.write_str(&self.text)?;
+        for (i, name) in self.names.iter().enumerate() {
+            write!(f, "{} `{name}`", if i == 0 { ":" } else { "," })?;
+        }
+        if self.more_names {
+            f.write_str(", and others")?;
+        }
         match (self.count, &self.first.file) {
-            (1, None) => f.write_str(&self.text),
-            (1, Some(_)) => write!(f, "{}: {}", self.first, self.text),
-            (n, None) => write!(f, "{} ({n} times)", self.text),
-            (n, Some(_)) => write!(f, "{}: {} ({n} times in all)", self.first, self.text),
+            (1, _) => Ok(()),
+            (n, None) => write!(f, " ({n} times)"),
+            (n, Some(_)) => write!(f, " ({n} times in all)"),
         }
     }
 }
 
 /// Greatest number of different notes; what comes later is counted together.
 const DIFFERENT_MAX: usize = 1000;
+/// Greatest number of names that a note shows.
+const NAMES_MAX: usize = 4;
 /// What they are counted as.
 const FURTHER: &str = "further notes of other kinds, not shown";
 
@@ -62,12 +77,30 @@ impl Notes {
         self.add_many(text, 1);
     }
 
+    /// As [`add`](Self::add), about something that has a name: the note shows the first few names.
+    pub fn add_named(&mut self, text: &str, name: &str) {
+        self.add(text);
+        let Some(note) = self.get_mut(text) else { return };
+        if note.names.iter().any(|known| known == name) {
+            return;
+        }
+        if note.names.len() < NAMES_MAX {
+            note.names.push(name.to_owned());
+        } else {
+            note.more_names = true;
+        }
+    }
+
+    fn get_mut(&mut self, text: &str) -> Option<&mut Note> {
+        self.index.get(text).and_then(|&i| self.list.get_mut(i))
+    }
+
     /// Adds `count` to the count of `text`.
     pub fn add_many(&mut self, text: &str, count: u64) {
         if count == 0 {
             return;
         }
-        if let Some(note) = self.index.get(text).and_then(|&i| self.list.get_mut(i)) {
+        if let Some(note) = self.get_mut(text) {
             note.count = note.count.saturating_add(count);
             return;
         }
@@ -78,7 +111,8 @@ impl Notes {
             return;
         }
         self.index.insert(text.to_owned(), self.list.len());
-        self.list.push(Note { text: text.to_owned(), count, first: self.place.clone() });
+        let (text, first) = (text.to_owned(), self.place.clone());
+        self.list.push(Note { text, count, first, names: Vec::new(), more_names: false });
     }
 
     /// Sets the file that later notes refer to.
@@ -137,6 +171,21 @@ mod tests {
         let shown: Vec<String> = notes.iter().map(ToString::to_string).collect();
         assert_eq!(shown, ["b (2 times)", "x.rad:3: a (2 times in all)"]);
         assert_eq!(notes.count("a"), 2);
+    }
+
+    #[test]
+    fn the_first_names_are_shown() {
+        let mut notes = Notes::default();
+        let shown = |notes: &Notes| notes.iter().map(Note::to_string).collect::<Vec<_>>();
+        notes.add_named("lost", "a");
+        assert_eq!(shown(&notes), ["lost: `a`"]);
+        notes.add_named("lost", "b");
+        notes.add_named("lost", "a");
+        assert_eq!(shown(&notes), ["lost: `a`, `b` (3 times)"]);
+        for i in 0..100 {
+            notes.add_named("lost", &i.to_string());
+        }
+        assert_eq!(shown(&notes), ["lost: `a`, `b`, `0`, `1`, and others (103 times)"]);
     }
 
     #[test]

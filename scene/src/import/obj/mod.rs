@@ -66,8 +66,8 @@ impl Materials<'_> {
         let text = match text::read(&file, self.limits) {
             Ok(text) => text,
             Err(Cause::Missing) => {
-                let name = shown(name);
-                model.note(&format!("the material file `{name}` is missing: grey instead"));
+                let text = "a file of materials is missing: grey instead";
+                model.notes.add_named(text, &shown(name));
                 return Ok(());
             }
             Err(cause) => return Err(ImportError::new(place(&file, 0), cause)),
@@ -98,7 +98,8 @@ impl Materials<'_> {
                     return Ok(index);
                 }
             }
-            model.note(&format!("the material `{}` is not defined: grey instead", shown(name)));
+            let text = "a material is not defined: grey instead";
+            model.notes.add_named(text, &shown(name));
         }
         match self.fallback {
             Some(index) => Ok(index),

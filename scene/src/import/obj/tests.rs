@@ -104,11 +104,19 @@ fn what_is_missing_is_grey_and_noted_once() {
     assert_eq!(
         notes(&model),
         [
-            ("the material file `no.mtl` is missing: grey instead", 1),
-            ("the material `x` is not defined: grey instead", 2),
+            ("a file of materials is missing: grey instead", 1),
+            ("a material is not defined: grey instead", 2),
         ]
     );
-    assert!(model.notes.iter().next().unwrap().to_string().contains("a.obj:1: "));
+    let told: Vec<_> = model.notes.iter().map(ToString::to_string).collect();
+    assert!(told[0].ends_with("a.obj:1: a file of materials is missing: grey instead: `no.mtl`"));
+    // However many there are, one note.
+    let missing = (0..500).map(|i| format!("usemtl m{i}\nf 1 2 3\n")).collect::<String>();
+    let many = load(&format!("{CORNERS}{missing}"));
+    assert_eq!(notes(&many), [("a material is not defined: grey instead", 500)]);
+    let told = many.notes.iter().next().unwrap().to_string();
+    let names = "grey instead: `m0`, `m1`, `m2`, `m3`, and others (500 times in all)";
+    assert!(told.ends_with(names), "{told}");
     let plain = load(&format!("{CORNERS}f 1 2 3\nf 1 3 4\n"));
     assert_eq!(notes(&plain), [("faces without a material: grey, diffuse", 1)]);
 }
