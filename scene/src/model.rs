@@ -34,6 +34,9 @@ pub const MATERIALS_MAX: usize = u16::MAX as usize;
 /// Greatest magnitude of a coordinate or radius: squares and products of three stay finite.
 pub const COORDINATE_MAX: f64 = 1e100;
 
+/// Indices of refraction that a dielectric or a pane can have, against what is around it: far more than matter has.
+pub const IOR: std::ops::RangeInclusive<f64> = 0.01..=100.0;
+
 /// No shading normal.
 pub const NO_NORMAL: u32 = u32::MAX;
 

@@ -47,6 +47,7 @@ pub(crate) struct Common {
         long,
         value_name = "N",
         default_value_t = 0,
+        value_parser = seed,
         allow_hyphen_values = true,
         help_heading = "Light"
     )]
@@ -195,6 +196,10 @@ pub(super) fn side(text: &str) -> Result<u32, String> {
 
 fn samples(text: &str) -> Result<u32, String> {
     whole(text, 1, SAMPLES_MAX)
+}
+
+fn seed(text: &str) -> Result<u64, String> {
+    text.parse().map_err(|_| format!("write a whole number from 0 to {}", u64::MAX))
 }
 
 fn shadow_samples(text: &str) -> Result<u32, String> {

@@ -161,6 +161,7 @@ fn bad_files_are_refused_by_name_and_line() {
     folder.file("random.kilo", (0..9999).map(|i: u32| (i * 31 % 251) as u8).collect::<Vec<_>>());
     folder.file("model.glb", [0; 64]);
     folder.file("run.rad", "!rm -rf nothing\n");
+    fs::create_dir(folder.path().join("folder.kilo")).unwrap();
     let before = folder.names();
     for (name, part) in [
         ("nan.obj", "nan.obj:2"),
@@ -171,6 +172,7 @@ fn bad_files_are_refused_by_name_and_line() {
         ("missing.rad", "no such file"),
         ("no/such/thing", "thing"),
         (".", "."),
+        ("folder.kilo", "folder.kilo: is a directory"),
     ] {
         folder.run(&format!("render {name} -o out.png")).refused(1, &[part]);
     }

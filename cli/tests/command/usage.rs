@@ -95,7 +95,7 @@ fn senseless_lines_are_refused_in_one_line() {
         ("render cornell --samples 0", "1 to 262144"),
         ("render cornell --shadow-samples many", "1 to"),
         ("render cornell --bounces 1000", "0 to 64"),
-        ("render cornell --seed -1", "--seed"),
+        ("render cornell --seed -1", "0 to 18446744073709551615"),
         ("render cornell --memory banana", "64KiB"),
         ("render cornell --memory 64kib", "KiB"),
         ("render cornell --memory 1.5MiB", "MiB"),

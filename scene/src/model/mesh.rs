@@ -1,8 +1,9 @@
 //! Materials, vertices and triangles.
 
 use glam::DVec3;
+use kiloray_core::scene::MaterialKind;
 
-use super::{COORDINATE_MAX, MATERIALS_MAX, Material, Model, ModelError, NO_NORMAL, Triangle};
+use super::{COORDINATE_MAX, IOR, MATERIALS_MAX, Material, Model, ModelError, NO_NORMAL, Triangle};
 
 impl Model {
     /// Enters a material and gives its index.
@@ -192,6 +193,9 @@ fn fault(m: &Material) -> Option<&'static str> {
     }
     if colors.iter().any(|c| c.min_element() < 0.0) || scalars.iter().any(|&x| x < 0.0) {
         return Some("a value is below zero");
+    }
+    if matches!(m.kind, MaterialKind::Dielectric | MaterialKind::Glass) && !IOR.contains(&m.ior) {
+        return Some("an index of refraction is not from 0.01 to 100");
     }
     None
 }

@@ -33,7 +33,11 @@ impl Model {
         let axis = direction(normal);
         let valid = is_valid(center) && is_valid(DVec3::splat(outer)) && inner >= 0.0;
         let (Some(axis), true, true) = (axis, valid, outer > inner) else {
-            self.note("a ring without area, or with a value that is no number: dropped");
+            self.note(if inner < 0.0 {
+                "a ring with a radius below zero: dropped"
+            } else {
+                "a ring without area, or with a value that is no number: dropped"
+            });
             return Ok(());
         };
         if !self.has_material(material) {
@@ -88,9 +92,11 @@ impl Model {
         let valid = is_valid(a) && is_valid(b) && is_valid(DVec3::new(ra, rb, 0.0));
         let round = ra.min(rb) >= 0.0 && ra.max(rb) > 0.0;
         let (Some(axis), true, true) = (direction(b - a), valid, round) else {
-            self.note(
-                "a cone or cylinder without area, or with a value that is no number: dropped",
-            );
+            self.note(if ra.min(rb) < 0.0 {
+                "a cone or cylinder with a radius below zero: dropped"
+            } else {
+                "a cone or cylinder without area, or with a value that is no number: dropped"
+            });
             return Ok(());
         };
         if !self.has_material(material) {

@@ -15,7 +15,7 @@
 //! radiance. `illum 5`, or 3 with a black `Kd`, is a mirror. `d` below 1 (`Tr` above 0), or `illum`
 //! 4, 6, 7 or 9, is clear: a dielectric of index `Ni` if that is given and above 1, else a thin pane
 //! that lets `Tf` times `1 - d` through (all of `Tf` where `d` is 1).
-//! Textures are left out and counted.
+//! An `Ni` that is not from 0.01 to 100 is taken as not given. Textures are left out and counted.
 
 mod mesh;
 mod mtl;

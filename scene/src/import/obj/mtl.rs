@@ -7,7 +7,7 @@ use kiloray_core::scene::MaterialKind;
 
 use super::{Cause, ImportError, place, shown, syntax};
 use crate::import::scan::number;
-use crate::model::{Emitter, Material, Model};
+use crate::model::{Emitter, IOR, Material, Model};
 
 /// What a file says of a material; `None` where it says nothing.
 #[derive(Debug, Default)]
@@ -134,7 +134,11 @@ fn material(model: &mut Model, d: &Described) -> Material {
     let ks = d.specular.unwrap_or(DVec3::ZERO);
     let filter = d.filter.unwrap_or(DVec3::ONE).min(DVec3::ONE);
     let opacity = d.dissolve.unwrap_or(1.0).clamp(0.0, 1.0);
-    let ior = d.ior.unwrap_or(1.5).max(1.0);
+    let given = d.ior.filter(|ior| IOR.contains(ior));
+    if given != d.ior {
+        model.note("an index of refraction (Ni) that is not from 0.01 to 100: taken as not given");
+    }
+    let ior = given.unwrap_or(1.5).max(1.0);
     let base = Material { name: d.name.clone(), ior, ..Material::default() };
     if let Some(emission) = d.emission.filter(|e| *e != DVec3::ZERO) {
         let emitter = Emitter::Sampled { reach: f64::INFINITY, cone: None };
@@ -144,7 +148,7 @@ fn material(model: &mut Model, d: &Described) -> Material {
     let illum = d.model.map_or(2, |m| m as u32);
     if opacity < 1.0 || matches!(illum, 4 | 6 | 7 | 9) {
         let clear = Material { diffuse: DVec3::ZERO, ..base };
-        if d.ior.is_some_and(|ior| ior > 1.0) {
+        if given.is_some_and(|ior| ior > 1.0) {
             return Material { kind: MaterialKind::Dielectric, ..clear };
         }
         // Without refraction it is a pane. What a pane does not let through is lost, not scattered.

@@ -96,6 +96,19 @@ fn emission_makes_a_light() {
 }
 
 #[test]
+fn an_index_of_refraction_without_sense_is_not_used() {
+    for ni in ["0", "0.001", "1e29"] {
+        let (m, model) = material(&format!("d .5\nNi {ni}"));
+        let note = "an index of refraction (Ni) that is not from 0.01 to 100: taken as not given";
+        assert_eq!((m.kind, m.ior), (MaterialKind::Glass, 1.5), "{ni}");
+        assert_eq!(notes(&model), [(note, 1)], "{ni}");
+    }
+    let (m, model) = material("d .5\nNi 1.7");
+    assert_eq!((m.kind, m.ior), (MaterialKind::Dielectric, 1.7));
+    assert!(notes(&model).is_empty());
+}
+
+#[test]
 fn what_is_missing_is_grey_and_noted_once() {
     let text = format!("mtllib no.mtl\n{CORNERS}usemtl x\nf 1 2 3\nusemtl x\nf 1 3 4\n");
     let model = load(&text);

@@ -9,20 +9,20 @@ use super::reader::Arguments;
 use super::xform::Xform;
 use crate::import::Cause;
 use crate::import::error::syntax;
-use crate::model::{Emitter, Material, Model};
+use crate::model::{Emitter, IOR, Material, Model};
 
 /// Index of refraction of `glass` without a fourth number.
 const GLASS_IOR: f64 = 1.52;
 /// Absorption where nothing is let through [1 / input unit]: black within any scene that f32 holds.
 const ABSORPTION_MAX: f64 = 1e20;
 
-/// Makes a material of its arguments. `glow` in the answer: a source of it is seen only.
+/// Makes a material of its type and name and its arguments. `glow` in the answer: a source of it is seen only.
 ///
 /// `place` is the transformation of the file that defines it: it turns spotlights and scales the
 /// reach of a glow and the absorption of a dielectric, as Radiance's `xform` does.
 pub(super) fn material(
     stuff: Stuff,
-    name: &str,
+    [type_name, name]: [&str; 2],
     arguments: &Arguments,
     place: &Xform,
     names: &Names,
@@ -50,14 +50,14 @@ pub(super) fn material(
             if hartmann != 0.0 {
                 model.note("dispersion of a dielectric (Hartmann's constant): not simulated");
             }
-            dielectric(base, [r, g, b], ior, size, model)
+            dielectric(base, [r, g, b], index(ior)?, size, model)
         }
         (Stuff::Interface, &[r, g, b, inside, _, _, _, outside]) => {
             model.note("an interface: a dielectric of the relative index, clear outside");
-            dielectric(base, [r, g, b], inside / outside, size, model)
+            dielectric(base, [r, g, b], index(inside / outside)?, size, model)
         }
         (Stuff::Glass, &[r, g, b]) => glass(base, [r, g, b], GLASS_IOR, model),
-        (Stuff::Glass, &[r, g, b, ior]) => glass(base, [r, g, b], ior, model),
+        (Stuff::Glass, &[r, g, b, ior]) => glass(base, [r, g, b], index(ior)?, model),
         (Stuff::Mirror, &[r, g, b]) => match alternate(arguments, names)? {
             Some(seen) => Material { name: name.to_owned(), ..seen },
             None => Material {
@@ -97,9 +97,7 @@ pub(super) fn material(
             Material { kind: MaterialKind::Void, ..base }
         }
         (Stuff::Other, _) => {
-            model.note(
-                "a material that is not built in (BSDF, plasfunc and the like): grey instead",
-            );
+            model.notes.add_named("a material that is not built in: grey instead", type_name);
             base
         }
         _ => return Err(syntax(wrong_count(stuff, numbers.len()))),
@@ -136,6 +134,15 @@ fn coated(
 fn isotropic(u: f64, v: f64, model: &mut Model) -> f64 {
     model.note("different roughness along and across: their geometric mean for both");
     (u * v).max(0.0).sqrt()
+}
+
+/// An index of refraction that makes sense.
+fn index(ior: f64) -> Result<f64, Cause> {
+    if IOR.contains(&ior) {
+        return Ok(ior);
+    }
+    let (least, most) = (IOR.start(), IOR.end());
+    Err(syntax(format!("an index of refraction of {ior}: it must be from {least} to {most}")))
 }
 
 /// `transmission` is the part that is left after one unit of length.

@@ -142,7 +142,7 @@ impl<'a> Reader<'a> {
         let mut arguments = std::mem::take(&mut self.arguments);
         let made = arguments
             .read(words, most)
-            .and_then(|()| self.define(kind, modifier, name, &arguments, context));
+            .and_then(|()| self.define(kind, modifier, [word, name], &arguments, context));
         self.arguments = arguments;
         made.map_err(|cause| behind(about(), cause))?;
         self.limits.room(self.model)
@@ -152,7 +152,7 @@ impl<'a> Reader<'a> {
         &mut self,
         kind: Kind,
         modifier: Modifier,
-        name: &[u8],
+        [word, name]: [&[u8]; 2],
         arguments: &Arguments,
         context: &Context,
     ) -> Result<(), Cause> {
@@ -162,9 +162,9 @@ impl<'a> Reader<'a> {
                 surface::add(model, names, context, modifier, shape, &arguments.numbers)
             }
             Kind::Material(stuff) => {
-                let shown = shown(name);
+                let shown = [&shown(word)[..], &shown(name)];
                 let (material, glow) =
-                    material(stuff, &shown, arguments, &context.xform, names, model)?;
+                    material(stuff, shown, arguments, &context.xform, names, model)?;
                 names.define(name, material, glow);
                 Ok(())
             }

@@ -390,3 +390,42 @@ fn quotes_comments_and_odd_spacing_are_read() {
     let model = files.load("a.rad").unwrap();
     assert_eq!(model.spheres.len(), 1);
 }
+
+#[test]
+fn an_index_of_refraction_makes_sense_or_is_refused_where_it_stands() {
+    let load = |line: &str| {
+        let text = format!("# glass\n{line}\ng sphere s 0 0 4 0 0 0 1\n");
+        let files = Files::new(&[("a.rad", &text)]);
+        files.load("a.rad").map(|model| model.materials[0].ior).map_err(|_| files.error("a.rad"))
+    };
+    for (line, found) in [
+        ("void dielectric g 0 0 5 1 1 1 0 0", "dielectric `g`: an index of refraction of 0:"),
+        ("void dielectric g 0 0 5 1 1 1 -1.5 0", "an index of refraction of -1.5:"),
+        ("void dielectric g 0 0 5 1 1 1 1e29 0", "an index of refraction of 1"),
+        ("void dielectric g 0 0 5 1 1 1 nan 0", "`nan` is not a finite number"),
+        ("void glass g 0 0 4 1 1 1 0", "glass `g`: an index of refraction of 0:"),
+        ("void interface g 0 0 8 1 1 1 1.5 1 1 1 0", "an index of refraction of inf:"),
+        ("void interface g 0 0 8 1 1 1 0 1 1 1 0", "an index of refraction of NaN:"),
+    ] {
+        let error = load(line).expect_err(line);
+        assert!(error.starts_with("a.rad:2: ") && error.contains(found), "{line}: {error}");
+    }
+    // A bubble in glass.
+    assert_eq!(load("void interface g 0 0 8 1 1 1 1 1 1 1 1.6"), Ok(0.625));
+}
+
+#[test]
+fn what_is_not_built_in_is_named() {
+    let text = "void BSDF a 0 0 0\nvoid ashik2 b 0 0 0\na sphere s 0 0 4 0 0 0 1\n\
+                a cone c 0 0 8 0 0 0 0 0 1 -1 2\na ring r 0 0 8 0 0 0 0 0 1 -1 2\n";
+    let told: Vec<_> = load(text).notes.iter().map(ToString::to_string).collect();
+    let ends = [
+        "a.rad:1: a material that is not built in: grey instead: `BSDF`, `ashik2` (2 times in all)",
+        "a.rad:4: a cone or cylinder with a radius below zero: dropped",
+        "a.rad:5: a ring with a radius below zero: dropped",
+    ];
+    assert_eq!(told.len(), ends.len());
+    for (told, end) in told.iter().zip(ends) {
+        assert!(told.ends_with(end), "{told}");
+    }
+}
