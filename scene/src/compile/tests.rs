@@ -2,6 +2,7 @@
 
 mod golden;
 mod oracle;
+mod parallel;
 mod random;
 mod shapes;
 mod tables;
