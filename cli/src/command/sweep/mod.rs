@@ -8,7 +8,6 @@ mod table;
 
 use std::{
     collections::BTreeMap,
-    fs,
     path::Path,
     sync::atomic::{AtomicU64, Ordering},
 };
@@ -28,7 +27,7 @@ use crate::{
     console::line,
     failure::{Failure, Outcome},
     interrupt,
-    output::Output,
+    output::{Folder, Output},
     progress::Progress,
     scene::Scene,
 };
@@ -49,7 +48,7 @@ pub(super) fn run(sweep: &args::Sweep) -> Outcome {
     let folder = sweep.output.as_path();
     let mut points = points(sweep)?;
     let scenes = load(&mut points, quiet)?;
-    fs::create_dir_all(folder).map_err(|error| Failure::io(folder, &error))?;
+    let _folder = Folder::create(folder)?;
     let files = Files {
         csv: Output::create(&folder.join("sweep.csv"))?,
         page: Output::create(&folder.join("index.html"))?,
