@@ -29,13 +29,48 @@ pub(super) fn losses_json(losses: &[Loss]) -> Value {
     losses.iter().map(|loss| (loss.name.to_owned(), json!(loss.part + 0.0))).collect()
 }
 
-/// What came, was of no use and was dropped.
-pub(super) fn dropped_json(counts: &Counts) -> Value {
-    json!({
-        "packets_damaged": counts.damaged,
-        "blocks_damaged": counts.blocks_refused,
-        "unasked": counts.unasked,
-    })
+/// Adds what nodes did to a report.
+pub(super) fn add_counts(report: &mut Value, counts: &Counts) {
+    let (rays, cache) = (&counts.shade, &counts.cache);
+    let done = [
+        (
+            "rays",
+            json!({
+                "primary": rays.primary,
+                "shadow": rays.shadow,
+                "specular": rays.specular,
+                "ambient": 0,
+            }),
+        ),
+        (
+            "cache",
+            json!({ "hits": cache.hits, "misses": cache.misses, "evictions": cache.evictions }),
+        ),
+        ("migrated", counts.migrated.into()),
+        ("retries", (counts.rays_again + counts.fetches_again + counts.tiles_again).into()),
+        (
+            "retries_by_cause",
+            json!({
+                "rays": counts.rays_again,
+                "fetches": counts.fetches_again,
+                "tiles": counts.tiles_again,
+            }),
+        ),
+        ("refusals", counts.refused.into()),
+        ("run_at_home", counts.run_at_home.into()),
+        // What came and was of no use.
+        (
+            "dropped",
+            json!({
+                "packets_damaged": counts.damaged,
+                "blocks_damaged": counts.blocks_refused,
+                "unasked": counts.unasked,
+            }),
+        ),
+    ];
+    for (name, value) in done {
+        report[name] = value;
+    }
 }
 
 /// A line of a node's memory.

@@ -2,7 +2,7 @@ use serde_json::{Value, json};
 
 use super::{End, Run, told::Told};
 use crate::{
-    command::mesh::{dropped_json, greatest},
+    command::mesh::{add_counts, greatest},
     picture,
 };
 
@@ -36,7 +36,7 @@ impl Run<'_> {
                 "damaged": link.damaged,
             })
         });
-        json!({
+        let mut report = json!({
             "version": env!("CARGO_PKG_VERSION"),
             "options": common,
             "complete": done.end == End::Complete,
@@ -55,33 +55,12 @@ impl Run<'_> {
                 "fetched": node.cache.fetched,
                 "owned_max": self.owned,
             },
-            "rays": {
-                "primary": node.shade.primary,
-                "shadow": node.shade.shadow,
-                "specular": node.shade.specular,
-                "ambient": 0,
-            },
             "memory": {
                 "limit": fullest.map(|(_, figures)| figures.memory),
                 "peak": fullest.map(|(_, figures)| figures.peak_bytes()),
                 "peak_node": fullest.map(|(node, _)| node),
                 "lines": greatest(told.lines()),
             },
-            "cache": {
-                "hits": node.cache.hits,
-                "misses": node.cache.misses,
-                "evictions": node.cache.evictions,
-            },
-            "migrated": node.migrated,
-            "retries": node.rays_again + node.fetches_again + node.tiles_again,
-            "retries_by_cause": {
-                "rays": node.rays_again,
-                "fetches": node.fetches_again,
-                "tiles": node.tiles_again,
-            },
-            "refusals": node.refused,
-            "run_at_home": node.run_at_home,
-            "dropped": dropped_json(node),
             "per_node": told.per_node(),
             "untold": told.missing(self.nodes),
             "faults": { "died": self.dead.iter().map(|node| node.0).collect::<Vec<_>>() },
@@ -93,6 +72,8 @@ impl Run<'_> {
             "differing": counts.differing,
             "overflows": done.ledger.overflows(),
             "notes": self.scene.notes,
-        })
+        });
+        add_counts(&mut report, node);
+        report
     }
 }

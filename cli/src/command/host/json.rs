@@ -4,7 +4,7 @@ use serde_json::{Value, json};
 use super::Run;
 use crate::command::{
     division,
-    mesh::{dropped_json, losses_json, total},
+    mesh::{add_counts, losses_json, total},
     report,
 };
 
@@ -20,7 +20,7 @@ impl Run<'_> {
         let points = kiloray_core::store::Line::Points.name();
         let points: Vec<_> =
             nodes.iter().flat_map(|n| &n.lines).filter(|line| line.name == points).collect();
-        json!({
+        let mut report = json!({
             "version": env!("CARGO_PKG_VERSION"),
             "options": self.options_json(),
             "complete": outcome.complete,
@@ -36,12 +36,6 @@ impl Run<'_> {
             "virtual_time_s": null,
             "efficiency": null,
             "surfaces": header.primitives,
-            "rays": {
-                "primary": counts.shade.primary,
-                "shadow": counts.shade.shadow,
-                "specular": counts.shade.specular,
-                "ambient": 0,
-            },
             "skipped": report::skipped_json(self.scene, &counts.shade),
             "messages": {
                 "count": total(messages.iter().map(|m| m.sent)),
@@ -75,22 +69,7 @@ impl Run<'_> {
                 "capacity": points.iter().map(|line| line.capacity).max().unwrap_or(0),
                 "peak": points.iter().map(|line| line.peak).max().unwrap_or(0),
             },
-            "cache": {
-                "hits": counts.cache.hits,
-                "misses": counts.cache.misses,
-                "evictions": counts.cache.evictions,
-            },
-            "migrated": counts.migrated,
-            "retries": self.retries(),
-            "retries_by_cause": {
-                "rays": counts.rays_again,
-                "fetches": counts.fetches_again,
-                "tiles": counts.tiles_again,
-            },
             "tiles": TileReport::from(outcome.ledger),
-            "refusals": counts.refused,
-            "dropped": dropped_json(counts),
-            "run_at_home": counts.run_at_home,
             "overflows": outcome.overflows,
             "lost": losses_json(&self.lost()),
             "latencies": outcome.latencies,
@@ -102,7 +81,9 @@ impl Run<'_> {
             "per_node": nodes,
             "host": outcome.host,
             "notes": self.scene.notes,
-        })
+        });
+        add_counts(&mut report, counts);
+        report
     }
 
     fn options_json(&self) -> Value {

@@ -4,7 +4,7 @@ use serde_json::{Value, json};
 use super::{Run, lost::lost};
 use crate::command::{
     division,
-    mesh::{self, losses_json, part},
+    mesh::{self, add_counts, losses_json, part},
     report,
 };
 
@@ -18,7 +18,7 @@ impl Run<'_> {
         let header = header.header();
         let bounds: serde_json::Map<_, _> =
             self.bounds().into_iter().map(|(name, ns)| (name, json!(seconds(ns)))).collect();
-        json!({
+        let mut report = json!({
             "version": env!("CARGO_PKG_VERSION"),
             "options": self.options_json(),
             "complete": outcome.complete,
@@ -35,12 +35,6 @@ impl Run<'_> {
             "virtual_time_one_node_s": self.done.baseline.map(|one| seconds(one.virtual_ns)),
             "efficiency": self.done.efficiency(),
             "surfaces": header.primitives,
-            "rays": {
-                "primary": counts.shade.primary,
-                "shadow": counts.shade.shadow,
-                "specular": counts.shade.specular,
-                "ambient": 0,
-            },
             "skipped": report::skipped_json(self.scene, &counts.shade),
             "messages": {
                 "count": report.messages.iter().map(|m| m.sent).sum::<u64>(),
@@ -77,22 +71,7 @@ impl Run<'_> {
                 "beside": mesh::beside_json(),
             },
             "points": points_json(report),
-            "cache": {
-                "hits": counts.cache.hits,
-                "misses": counts.cache.misses,
-                "evictions": counts.cache.evictions,
-            },
-            "migrated": counts.migrated,
-            "retries": self.retries(),
-            "retries_by_cause": {
-                "rays": counts.rays_again,
-                "fetches": counts.fetches_again,
-                "tiles": counts.tiles_again,
-            },
             "tiles": report.tiles,
-            "refusals": counts.refused,
-            "dropped": mesh::dropped_json(counts),
-            "run_at_home": counts.run_at_home,
             "overflows": outcome.overflows,
             "lost": losses_json(&lost(report, self.done.baseline.as_ref())),
             "bounds_s": bounds,
@@ -101,7 +80,9 @@ impl Run<'_> {
             "events": report.events,
             "fingerprint": report.fingerprint,
             "notes": self.scene.notes,
-        })
+        });
+        add_counts(&mut report, counts);
+        report
     }
 
     /// The same, and all that the page draws: a line for each field, node and link.

@@ -1,12 +1,12 @@
 //! How long nodes wait for blocks, answers and tiles, as packets show.
 
+mod histogram;
+
 use std::collections::HashMap;
 
 use kiloray_core::network::{HOST, NodeId};
 use kiloray_core::path::PathKey;
 use kiloray_core::protocol::{Items, Message, ReturnAddress};
-
-mod histogram;
 
 use histogram::Recorder;
 pub use histogram::{Histogram, HistogramBucket, Latencies};
