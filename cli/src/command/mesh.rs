@@ -29,6 +29,11 @@ pub(super) fn losses_json(losses: &[Loss]) -> Value {
     losses.iter().map(|loss| (loss.name.to_owned(), json!(loss.part + 0.0))).collect()
 }
 
+/// Requests made again.
+pub(super) fn again(counts: &Counts) -> u64 {
+    total([counts.rays_again, counts.fetches_again, counts.tiles_again].into_iter())
+}
+
 /// Adds what nodes did to a report.
 pub(super) fn add_counts(report: &mut Value, counts: &Counts) {
     let (rays, cache) = (&counts.shade, &counts.cache);
@@ -47,7 +52,7 @@ pub(super) fn add_counts(report: &mut Value, counts: &Counts) {
             json!({ "hits": cache.hits, "misses": cache.misses, "evictions": cache.evictions }),
         ),
         ("migrated", counts.migrated.into()),
-        ("retries", (counts.rays_again + counts.fetches_again + counts.tiles_again).into()),
+        ("retries", again(counts).into()),
         (
             "retries_by_cause",
             json!({

@@ -19,7 +19,7 @@ use prepare::{Prepared, prepare};
 
 use super::{
     html::{self, Shown},
-    mesh::{self, Line, Loss, Why, total},
+    mesh::{self, Line, Loss, Why, again, total},
     node::refused,
 };
 use crate::{
@@ -206,7 +206,7 @@ impl Run<'_> {
             0 => Ok(()),
             replaced => line(format_args!(
                 "faults     {replaced} nodes replaced, {} requests made again, {} tiles given to others; {UNCOUNTED}",
-                count(self.retries()),
+                count(again(&self.counts)),
                 count(outcome.ledger.given_again),
             )),
         }
@@ -269,11 +269,5 @@ impl Run<'_> {
         processes
             .filter_map(|process| Some((process, process.peak_bytes?)))
             .max_by_key(|&(_, peak)| peak)
-    }
-
-    /// Requests made again.
-    fn retries(&self) -> u64 {
-        let counts = &self.counts;
-        total([counts.rays_again, counts.fetches_again, counts.tiles_again].into_iter())
     }
 }

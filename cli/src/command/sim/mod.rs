@@ -138,12 +138,6 @@ impl<'a> Run<'a> {
         Self { sim, scene, options, done, topology, cut, exposure }
     }
 
-    /// Requests made again.
-    fn retries(&self) -> u64 {
-        let c = &self.done.outcome.report.totals.counts;
-        c.rays_again + c.fetches_again + c.tiles_again
-    }
-
     fn busiest_link(&self) -> Option<&LinkReport> {
         self.done.outcome.report.links.iter().max_by_key(|link| link.busy_ns)
     }

@@ -2,6 +2,7 @@ use std::path::Path;
 
 use super::{Run, cut::link_name, lost::lost};
 use crate::{
+    command::mesh::again,
     console::{bytes, count, duration, line, percent},
     failure::Outcome,
 };
@@ -107,6 +108,9 @@ pub(super) fn faults(run: &Run<'_>) -> Option<String> {
     if words.is_empty() {
         return None;
     }
-    words.push(format!("{} requests made again", count(run.retries())));
+    words.push(format!(
+        "{} requests made again",
+        count(again(&run.done.outcome.report.totals.counts))
+    ));
     Some(words.join(", "))
 }
