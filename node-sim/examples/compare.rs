@@ -2,7 +2,7 @@
 //! prints whether the pictures are the same, what each took, and where the mesh's time went.
 //!
 //! With `PAIRS=n` it does both n times in turns, and prints the ratio of their times and of their processor times; with `ONLY=mesh` or `ONLY=plain` one of
-//! the two, `REPEAT` times. `GROUP`, `SHADOW`, `POINTS`, `BW`, `PACKET`, `TOP`, `TILE` and `SEED` set options of the mesh, `THREADS` those of this machine. What a node took of this machine
+//! the two, `REPEAT` times. `GROUP`, `SHADOW`, `POINTS`, `BW`, `PACKET`, `TOP`, `TILE`, `PROFILE` and `SEED` set options of the mesh, `THREADS` those of this machine. What a node took of this machine
 //! beside its arena is printed where that can be known.
 //!
 //! `cargo run --release -p kiloray-sim --example compare -- SCENE TOPOLOGY NODES MEMORY_KIB SIDE [SCHEDULE [BLOCK_KIB [SAMPLES]]]`
@@ -11,7 +11,7 @@ use kiloray_core::block::KiloView;
 use kiloray_core::network::Topology;
 use kiloray_core::node::{PointHome, Schedule};
 use kiloray_scene::{builtin, compile, kilo::KiloFile};
-use kiloray_sim::{Control, MeshOptions, Options, Outcome, simulate};
+use kiloray_sim::{Control, MeshOptions, Options, Outcome, Profile, simulate};
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
@@ -46,6 +46,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     }
     if let Ok(p) = std::env::var("TILE") {
         options.mesh.tile = Some(p.parse()?);
+    }
+    if let Ok(p) = std::env::var("PROFILE") {
+        options.profile = Profile::named(&p).ok_or("there is no such profile")?;
     }
     if let Ok(p) = std::env::var("THREADS") {
         options.threads = p.parse()?;
