@@ -207,6 +207,10 @@ impl<'m> Actor<'m> for HostEnd<'m> {
         self.ledger.pixels_done()
     }
 
+    fn may_end(&self, bytes: u64) -> bool {
+        self.ledger.bytes_missing() <= bytes
+    }
+
     fn has_ended(&self) -> bool {
         self.ledger.is_complete() || self.ledger.lost().is_some()
     }

@@ -24,6 +24,11 @@ pub(crate) trait Actor<'m> {
         0
     }
 
+    /// Whether it may see the end of the run before more than so many bytes have come.
+    fn may_end(&self, _bytes: u64) -> bool {
+        false
+    }
+
     /// Whether it has seen the end of the run.
     fn has_ended(&self) -> bool {
         false

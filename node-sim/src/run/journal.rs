@@ -1,9 +1,9 @@
-use super::packets::Packet;
+use super::packets::{Buffers, Packet};
 use crate::TraceEvent;
 use kiloray_core::network::{NodeId, Port};
 use kiloray_render::watch::Sight;
 
-/// What places have done in a window, for all others to hear of when it ends. It goes from place to place.
+/// What places have done: what others must hear of when the window ends, and what is taken down when the round does. It goes from place to place.
 #[derive(Debug, Default)]
 pub(crate) struct Journal {
     /// The last thing happened then \[ns\].
@@ -17,16 +17,14 @@ pub(crate) struct Journal {
     /// What is summed up, in any order.
     pub(crate) spans: Vec<Span>,
     pub(crate) trace: Vec<TraceEvent>,
-    /// Where packets are written: most are far smaller than the greatest.
-    pub(crate) scratch: Vec<u8>,
+    pub(crate) buffers: Buffers,
 }
 
 impl Journal {
-    /// Takes over what is told in another.
+    /// Takes over what another has to be taken down.
     pub(crate) fn append(&mut self, other: &mut Self) {
         self.now = self.now.max(other.now);
         self.events += std::mem::take(&mut other.events);
-        self.departures.append(&mut other.departures);
         self.moments.append(&mut other.moments);
         self.spans.append(&mut other.spans);
         self.trace.append(&mut other.trace);
@@ -36,6 +34,7 @@ impl Journal {
 /// A packet that is on its way to another place.
 #[derive(Debug)]
 pub(crate) struct Departure {
+    pub(crate) from: NodeId,
     pub(crate) to: NodeId,
     /// By which port it comes.
     pub(crate) port: Port,

@@ -86,6 +86,12 @@ impl Link {
         (bytes as u64).saturating_mul(SECOND).div_ceil(self.bandwidth.max(1)).max(1)
     }
 
+    /// What a link carries in a time \[bytes\].
+    pub(crate) fn bytes_in(&self, ns: u64) -> u64 {
+        let bytes = u128::from(ns) * u128::from(self.bandwidth) / 1_000_000_000;
+        bytes.try_into().unwrap_or(u64::MAX)
+    }
+
     /// From the departure of a packet's first byte to the moment when the far router can use it.
     ///
     /// With cut-through the header is enough to send it on. A link is as fast as the next, so that the rest is there in time; who sends the

@@ -13,10 +13,10 @@
 //! # Windows
 //!
 //! Places hear of each other by packets alone, and no packet takes less than the latency of a link and its header's time on it. So what happens
-//! anywhere within that time from the next event on is known to be apart from what happens elsewhere: places go through such a *window* each for itself, on
-//! as many threads as there are, and packets change hands when it is over (conservative synchronisation by windows: Nicol 1993, "The cost of
-//! conservative synchronization in parallel discrete event simulations"). Of one time, packets of lower places come first; so neither
-//! threads nor their number can be seen in a run.
+//! at a place within that time, a *window*, does not depend on what happens elsewhere in the same window: parts of the mesh go through windows each for itself, on
+//! as many threads as there are, and wait for none but their neighbours (conservative synchronisation by windows: Nicol 1993, "The cost of
+//! conservative synchronization in parallel discrete event simulations"). So many windows are a *round*; all are told of before the next. Of one
+//! time, packets of lower places come first; so neither threads nor their number can be seen in a run.
 
 mod actor;
 mod clock;
@@ -26,6 +26,7 @@ mod journal;
 mod link;
 mod packets;
 mod place;
+mod round;
 mod timeline;
 
 #[cfg(test)]
@@ -40,7 +41,7 @@ use journal::{Journal, Moment, Span};
 use kiloray_core::network::{HOST, Mesh, NodeId, Port};
 use kiloray_render::watch::Watch;
 use link::LinkState;
-use rayon::prelude::*;
+use round::{Parts, Places, Round, Task};
 use timeline::TimelineRecorder;
 
 use crate::{FaultReport, Faults, Link, LinkReport, Profile, TraceEvent};
@@ -62,13 +63,18 @@ pub(crate) struct Run<'m, N, H> {
     due: Vec<u64>,
     /// The length of a window \[ns\].
     window: u64,
+    /// Windows of a round.
+    windows: u32,
+    parts: Parts,
+    /// More than this does not come to the host in a round \[bytes\].
+    round_bytes: u64,
     /// Rays that all nodes hold.
     stored: i64,
     /// Most events of the trace.
     trace_max: usize,
-    /// Of runs of nodes, in their order, and of the host: what each thread writes in a window.
+    /// By part.
     journals: Vec<Journal>,
-    /// Of all, when the window is over.
+    /// Of all, when it is taken down.
     journal: Journal,
 }
 
@@ -87,12 +93,14 @@ pub(crate) struct RunSettings {
     pub(crate) trace: usize,
 }
 
-/// Nodes go through a window in so many parts for each thread at most: some, as they take unlike time.
+/// Nodes are divided into so many parts for each thread at most: some, as they take unlike time.
 const PARTS: usize = 8;
-/// Longer windows would let nobody know how far the run is \[ns\].
-const WINDOW_MAX: u64 = 100_000;
+/// Windows of a round, at most.
+const WINDOWS: u64 = 16;
+/// Longer rounds would let nobody know how far the run is \[ns\].
+const ROUND_MAX: u64 = 100_000;
 
-impl<'m, N: Actor<'m> + Send, H: Actor<'m>> Run<'m, N, H> {
+impl<'m, N: Actor<'m> + Send, H: Actor<'m> + Send> Run<'m, N, H> {
     /// Before the first event. It will run on so many threads: those of the pool that it is called in.
     ///
     /// # Errors
@@ -114,55 +122,57 @@ impl<'m, N: Actor<'m> + Send, H: Actor<'m>> Run<'m, N, H> {
             links += place.links.len() as u32;
             places.push(place);
         }
+        let host = Place::new(mesh, HOST, links, host, &settings);
+        let links = places.iter().map(|place| (place.here, &place.links));
+        let links = links.chain([(HOST, &host.links)]);
+        let links = links.flat_map(|(from, all)| all.iter().map(move |link| (from, link.to)));
+        let links = links.filter_map(|(from, to)| Some((from, to?)));
+        let parts = Parts::new(places.len(), parts, links);
+        let RunSettings { link, faults, packet, .. } = &*settings;
+        let window = link.least_travel().min(ROUND_MAX);
+        let windows = (ROUND_MAX / window.max(1)).clamp(1, WINDOWS);
+        // What has departed before the round may come in it as well: a packet on each link, or what was delayed.
+        let bytes = link.bytes_in((window * windows).saturating_add(faults.jitter));
+        let bytes = bytes.saturating_add(u64::from(*packet));
         Ok(Self {
-            host: Place::new(mesh, HOST, links, host, &settings),
             now: 0,
             events: 0,
             trace: Vec::new(),
             timeline: TimelineRecorder::default(),
             watch: Watch::new(settings.block_bytes, settings.trace),
             due: vec![0; places.len() + 1],
-            window: settings.link.least_travel().min(WINDOW_MAX),
+            window,
+            windows: windows as u32,
+            round_bytes: bytes.saturating_mul(host.links.len() as u64),
             stored: 0,
             trace_max: settings.trace,
-            journals: (0..=parts).map(|_| Journal::default()).collect(),
+            journals: (0..parts.len()).map(|_| Journal::default()).collect(),
             journal: Journal::default(),
+            parts,
             nodes: places,
+            host,
         })
     }
 
-    /// Lets all happen that happens in the next window, or until the host has seen the end; `false` if nothing will.
+    /// Lets all happen that happens in the next round, or until the host has seen the end; `false` if nothing will.
     pub(crate) fn advance(&mut self) -> bool {
         let begin = self.due.iter().copied().min().unwrap_or(u64::MAX);
         if begin == u64::MAX {
             return false;
         }
-        let mut end = begin.saturating_add(self.window);
-        // The host takes no time, and may see the end.
-        let Self { nodes, host, due, journals, .. } = self;
+        // The host takes no time, and may see the end: a round that it may see it in is a window long.
+        let windows = if self.host.actor.may_end(self.round_bytes) { 1 } else { self.windows };
+        let Self { nodes, host, due, journals, parts, window, .. } = self;
+        let (due_of_host, due) = due.split_last_mut().expect("the host has one");
         let (of_host, of_nodes) = journals.split_last_mut().expect("the host has one");
-        host.advance(end, of_host);
-        if host.actor.has_ended() {
-            end = host.now.saturating_add(1);
-        }
-        let awake = nodes.iter_mut().zip(due.iter()).filter(|(_, due)| **due < end);
-        if of_nodes.len() > 1 {
-            let mut awake: Vec<_> = awake.map(|(place, _)| place).collect();
-            let run = awake.len().div_ceil(of_nodes.len()).max(1);
-            let runs = awake.par_chunks_mut(run).zip(of_nodes).with_max_len(1);
-            runs.for_each(|(run, journal)| run.iter_mut().for_each(|p| p.advance(end, journal)));
-        } else {
-            let [journal, ..] = of_nodes else { return false };
-            awake.for_each(|(place, _)| place.advance(end, journal));
-        }
-        for (due, node) in due.iter_mut().zip(nodes).filter(|(due, _)| **due < end) {
-            *due = node.due();
-        }
-        if let Some(due) = due.last_mut() {
-            *due = host.due();
-        }
+        let size = parts.size();
+        let tasks = nodes.chunks_mut(size).zip(due.chunks_mut(size)).zip(of_nodes);
+        let tasks = tasks.map(|((nodes, due), journal)| (Places::Nodes(nodes), due, journal));
+        let due = std::slice::from_mut(due_of_host);
+        let tasks = tasks.chain([(Places::Host(host), due, of_host)]);
+        let tasks = tasks.map(|(places, due, journal)| Task { places, due, journal });
+        Round { parts, begin, window: *window, windows }.run(tasks.collect());
         self.take_down();
-        self.deliver();
         true
     }
 
@@ -194,19 +204,6 @@ impl<'m, N: Actor<'m> + Send, H: Actor<'m>> Run<'m, N, H> {
         journal.trace.sort_by_key(|event| event.start_ns);
         let room = self.trace_max - self.trace.len();
         self.trace.extend(journal.trace.drain(..).take(room));
-    }
-
-    /// Gives packets to the places that they go to.
-    fn deliver(&mut self) {
-        for departure in self.journal.departures.drain(..) {
-            let at = usize::from(departure.to.0).min(self.nodes.len());
-            let due = &mut self.due[at];
-            *due = departure.arrival.min(*due);
-            match self.nodes.get_mut(at) {
-                Some(node) => node.receive(departure),
-                None => self.host.receive(departure),
-            }
-        }
     }
 
     /// A hash of all that has happened.

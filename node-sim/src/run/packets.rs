@@ -2,7 +2,7 @@ use kiloray_core::network::{PacketHeader, Port};
 
 /// A packet on a link, or in a router that it passes through.
 #[derive(Debug, Clone)]
-pub(crate) struct Packet(Box<[u8]>);
+pub(crate) struct Packet(Vec<u8>);
 
 impl Packet {
     /// What the far router receives.
@@ -29,6 +29,36 @@ struct Incoming {
     port: Port,
 }
 
+/// Where packets are written. What a large one lay in is used again: one thread would allocate what another frees.
+#[derive(Debug, Default)]
+pub(crate) struct Buffers {
+    scratch: Vec<u8>,
+    spare: Vec<Vec<u8>>,
+}
+
+/// Packets up to this size are copied out of the scratch \[bytes\]: most are far smaller than the greatest.
+const SMALL: usize = 512;
+
+impl Buffers {
+    /// What has been written to the scratch, so many bytes of it.
+    fn take(&mut self, len: usize) -> Packet {
+        if len <= SMALL {
+            return Packet(self.scratch[..len].to_vec());
+        }
+        let spare = self.spare.pop().unwrap_or_default();
+        let mut packet = std::mem::replace(&mut self.scratch, spare);
+        packet.truncate(len);
+        Packet(packet)
+    }
+
+    /// Takes back what a packet lay in.
+    pub(crate) fn recycle(&mut self, packet: Packet) {
+        if packet.0.len() > SMALL {
+            self.spare.push(packet.0);
+        }
+    }
+}
+
 /// The number of a packet, in place of its payload.
 const TICKET: usize = size_of::<u32>();
 
@@ -39,19 +69,19 @@ impl Packets {
         Self { size, here: Vec::new(), free: Vec::new() }
     }
 
-    /// A packet that `write` writes into `scratch`, to leave this place; `None` if it writes none. Of one that is not its maker's, `write` writes the ticket.
+    /// A packet that `write` writes, to leave this place; `None` if it writes none. Of one that is not its maker's, `write` writes the ticket.
     pub(crate) fn make(
         &mut self,
-        scratch: &mut Vec<u8>,
+        buffers: &mut Buffers,
         is_maker: impl FnOnce(&PacketHeader) -> bool,
         write: impl FnOnce(&mut [u8]) -> Option<usize>,
     ) -> Option<Packet> {
-        scratch.resize(self.size, 0);
-        let len = write(scratch)?;
-        let bytes = &scratch[..len];
+        buffers.scratch.resize(self.size, 0);
+        let len = write(&mut buffers.scratch)?;
+        let bytes = &buffers.scratch[..len];
         let (header, payload) = PacketHeader::split(bytes).expect("routers send good packets");
         if header.kind != PacketHeader::DATA || is_maker(&header) {
-            return Some(Packet(bytes.into()));
+            return Some(buffers.take(len));
         }
         let ticket = payload.try_into().map(u32::from_le_bytes).expect("what passes is a ticket");
         let mut packet = self.take(ticket);
@@ -90,12 +120,8 @@ impl Packets {
         bytes
     }
 
-    /// It is not needed any more.
-    pub(crate) fn free(&mut self, index: u32) {
-        self.take(index);
-    }
-
-    fn take(&mut self, index: u32) -> Packet {
+    /// Takes a packet away.
+    pub(crate) fn take(&mut self, index: u32) -> Packet {
         let incoming = self.here[index as usize].take();
         self.free.push(index);
         incoming.expect("a packet is here until it is freed").packet
@@ -109,7 +135,7 @@ mod tests {
 
     #[test]
     fn a_packet_that_passes_keeps_its_payload_and_takes_the_new_header() {
-        let (mut packets, mut scratch) = (Packets::new(64), Vec::new());
+        let (mut packets, mut buffers) = (Packets::new(64), Buffers::default());
         let header = |priority| PacketHeader { priority, from: 3, ..PacketHeader::zeroed() };
         let write = |header: PacketHeader, payload: Vec<u8>| {
             move |out: &mut [u8]| {
@@ -119,18 +145,18 @@ mod tests {
             }
         };
         let [came, other] = [(5, 30), (6, 10)].map(|(priority, len)| {
-            let made = packets.make(&mut scratch, |_| true, write(header(priority), vec![9; len]));
+            let made = packets.make(&mut buffers, |_| true, write(header(priority), vec![9; len]));
             packets.enter(made.unwrap(), Port(7))
         });
         let ticket = packets.ticket(came);
         let (before, ticket) = PacketHeader::split(&ticket).unwrap();
         assert_eq!(before, header(5));
         let passed =
-            packets.make(&mut scratch, |_| false, write(header(4), ticket.to_vec())).unwrap();
+            packets.make(&mut buffers, |_| false, write(header(4), ticket.to_vec())).unwrap();
         let (after, payload) = PacketHeader::split(passed.bytes()).unwrap();
         assert_eq!((after, payload), (header(4), &[9; 30][..]));
         // Its place is free again.
-        assert!(packets.make(&mut scratch, |_| true, |_| None).is_none());
+        assert!(packets.make(&mut buffers, |_| true, |_| None).is_none());
         assert_eq!(packets.enter(passed, Port(1)), came);
         assert_eq!((packets.get(came).1, packets.get(other).1), (Port(1), Port(7)));
         assert_eq!(packets.here.len(), 2);

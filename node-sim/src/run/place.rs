@@ -33,7 +33,7 @@ pub(crate) struct Place<'m, A> {
     pub(crate) faults: FaultReport,
     /// A hash of all that has happened.
     pub(crate) hash: u64,
-    here: NodeId,
+    pub(crate) here: NodeId,
     settings: Arc<RunSettings>,
     slow: f64,
     queue: EventQueue,
@@ -168,7 +168,8 @@ impl<'m, A: Actor<'m>> Place<'m, A> {
             self.journal.moments.extend(seen.map(|sight| (self.now, Moment::Seen(sight))));
         }
         if received != Received::Buffered || !passes {
-            self.packets.free(packet);
+            let packet = self.packets.take(packet);
+            self.journal.buffers.recycle(packet);
         }
         self.note(1, u64::from(port.0), received as u64);
         match received {
@@ -216,7 +217,7 @@ impl<'m, A: Actor<'m>> Place<'m, A> {
         if link.busy_until <= *now {
             let is_maker = |header: &PacketHeader| header.from() == *here;
             let packet = packets
-                .make(&mut journal.scratch, is_maker, |out| actor.router().transmit(port, out));
+                .make(&mut journal.buffers, is_maker, |out| actor.router().transmit(port, out));
             if let Some(packet) = packet {
                 self.depart(port, packet);
             }
@@ -241,7 +242,17 @@ impl<'m, A: Actor<'m>> Place<'m, A> {
             let seen = Sight::leaving(header.from(), header.to(), step, payload);
             self.journal.moments.extend(seen.map(|sight| (self.now, Moment::Seen(sight))));
         }
-        let settings = Arc::clone(&self.settings);
+        if starts {
+            self.has_room();
+        }
+        let faulty = self.settings.faults.of_links();
+        if faulty {
+            if data {
+                self.state.reminders = 0;
+            }
+            self.plan_reminder();
+        }
+        let settings = &*self.settings;
         let duration = settings.link.duration(len);
         let link = &mut self.links[usize::from(port.0)];
         let Some(to) = link.to else { return };
@@ -252,20 +263,13 @@ impl<'m, A: Actor<'m>> Place<'m, A> {
         link.packets += u64::from(data);
         link.control_packets += u64::from(!data);
         self.journal.spans.push(Span::Sent { at: self.now, bytes: len as u64 });
-        let ends = to == header.to();
-        let arrival = self.now + settings.link.travel(&header, len, ends);
-        if starts {
-            self.has_room();
-        }
-        let departs = |arrival, packet| Departure { to, port: back, arrival, packet };
-        if !settings.faults.of_links() {
+        let arrival = self.now + settings.link.travel(&header, len, to == header.to());
+        let from = self.here;
+        let departs = |arrival, packet| Departure { from, to, port: back, arrival, packet };
+        if !faulty {
             self.journal.departures.push(departs(arrival, packet));
             return;
         }
-        if data {
-            self.state.reminders = 0;
-        }
-        self.plan_reminder();
         let fate = fault::fate(&settings.faults, settings.seed, number, of_link);
         self.faults.delayed += u64::from(fate.delay > 0 && !fate.lost);
         if fate.doubled {
@@ -279,7 +283,6 @@ impl<'m, A: Actor<'m>> Place<'m, A> {
         }
         let mut arrival = arrival + fate.delay;
         if !fate.strays {
-            let link = &mut self.links[usize::from(port.0)];
             arrival = arrival.max(link.last_arrival);
             link.last_arrival = arrival;
         }

@@ -19,7 +19,7 @@ struct Step {
     /// Node time at work \[ns\].
     busy: u64,
     /// Of that, tracing and shading \[ns\].
-    useful: f64,
+    useful: u64,
     /// Node time waiting \[ns\].
     waiting: u64,
     stored: u64,
@@ -39,7 +39,8 @@ impl TimelineRecorder {
     pub(crate) fn busy(&mut self, from: u64, to: u64, useful: f32) {
         self.spread(from, to, |step, ns| {
             step.busy += ns;
-            step.useful += ns as f64 * f64::from(useful);
+            // In whole numbers, whose sum does not depend on the order.
+            step.useful += (ns as f64 * f64::from(useful)).round() as u64;
         });
     }
 
@@ -78,7 +79,7 @@ impl TimelineRecorder {
             let (busy, waiting) = (step.busy as f64 / length, step.waiting as f64 / length);
             Sample {
                 busy,
-                useful: step.useful / length,
+                useful: step.useful as f64 / length,
                 waiting,
                 idle: (f64::from(nodes) - busy - waiting).max(0.0),
                 stored: step.stored,

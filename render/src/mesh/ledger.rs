@@ -193,6 +193,12 @@ impl Ledger {
         self.sums.len() as u64
     }
 
+    /// Messages with the pixels that are missing have at least so many bytes.
+    #[must_use]
+    pub const fn bytes_missing(&self) -> u64 {
+        self.pixels().saturating_sub(self.done).saturating_mul(SUM_BYTES as u64)
+    }
+
     /// What nodes that were asked have told of themselves, by number.
     #[must_use]
     pub const fn told(&self) -> &BTreeMap<u16, Figures> {
