@@ -24,7 +24,8 @@ use crate::{
 /// Events after which the caller is told how far the run is; more, where there are many nodes to look at.
 const EVENTS_PER_STATUS: u64 = 1024;
 const EVENTS_PER_NODE: u64 = 16;
-/// Events without a new pixel after which a run is given up, for each node: nothing takes so long.
+/// Events without a new pixel after which a run is given up, for each node, if all before it took no longer: where packets are lost, the last
+/// tile of a node with room for one block takes as many.
 const EVENTS_PER_PIXEL: u64 = 1 << 20;
 
 /// What the task of a node takes beside the memory that it divides, on this machine \[bytes\].
@@ -136,13 +137,13 @@ fn drive<'m, W: World + Send>(
     let nodes = run.nodes.len() as u64;
     let patience = EVENTS_PER_PIXEL * nodes.max(64);
     let pause = EVENTS_PER_STATUS.max(EVENTS_PER_NODE * nodes);
-    let (mut pixels, mut since, mut told) = (0, 0, 0);
+    let (mut pixels, mut since, mut since_ns, mut told) = (0, 0, 0, 0);
     loop {
         let moves = run.advance();
         let ledger = &run.host.actor.ledger;
         let done = ledger.pixels_done();
         if done != pixels {
-            (pixels, since) = (done, run.events);
+            (pixels, since, since_ns) = (done, run.events, run.now);
         }
         if ledger.is_complete() {
             return Ok(End::Complete);
@@ -163,7 +164,8 @@ fn drive<'m, W: World + Send>(
                 rays: run.nodes.iter().map(|place| place.actor.rays()).sum(),
             });
         }
-        if !moves || run.events - since > patience {
+        let in_vain = run.events - since > patience && run.now - since_ns > since_ns;
+        if !moves || in_vain {
             let missing = ledger.pixels() - done;
             return Err(Error::Stuck { virtual_ns: run.now, missing });
         }

@@ -312,13 +312,13 @@ impl<W: World> Node<'_, W> {
     }
 }
 
-/// The router of a dead node tells who has asked it, if there is room: who hears nothing asks again (rule 16).
-pub fn tell_gone(router: &mut Router<'_>, asked_by: NodeId) {
+/// Sends a message that is a header alone, at once or not at all: whether there was room. For who has no node: the host, and the router of a dead
+/// node, which tells who asks it that it is [gone](Message::Gone) (rule 16).
+pub fn signal(router: &mut Router<'_>, to: NodeId, message: &Message<'_>) -> bool {
     let mut payload = [0; Item::BYTES];
-    if write(&mut payload, 0, &Message::Gone).is_some() {
-        let (channel, priority) = (Message::Gone.channel(), Message::Gone.priority());
-        let _ = router.inject(asked_by, channel, priority, &payload);
-    }
+    let (channel, priority) = (message.channel(), message.priority());
+    write(&mut payload, 0, message).is_some()
+        && router.inject(to, channel, priority, &payload).is_ok()
 }
 
 /// The bit of a copy; none of those beyond the first sixteen.

@@ -65,7 +65,7 @@ mod world;
 
 pub use actor::Node;
 pub use counts::{Counts, Kind, Kinds};
-pub use fetch::tell_gone;
+pub use fetch::signal;
 pub use figures::Figures;
 pub use picture::{Lights, Picture};
 pub use placement::{Dealing, Placement};

@@ -4,7 +4,7 @@ use super::{Node, World};
 ///
 /// Those that a test can break, one by one, to see that the checker misses them. The others hold by what things are: two channels with buffers and credit
 /// of their own (1, [`Router`](crate::network::Router)), routes (2, [`Topology`](crate::network::Topology)), requests that are taken or refused where they lie (4, 5), bounded
-/// splits and the slot of a tail call (9, 10), one block at a time (12, [`Trail`](crate::trace::Trail)), the dead (16, [`tell_gone`](super::tell_gone)).
+/// splits and the slot of a tail call (9, 10), one block at a time (12, [`Trail`](crate::trace::Trail)), the dead (16, [`signal`](super::signal)).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(super) enum Rule {
     /// 3: a reply is consumed at once; what follows from it waits in a record, not in a link buffer.

@@ -6,7 +6,7 @@ use crate::trace::Trail;
 /// Fewer rays than this go one by one.
 const FEWEST: usize = if cfg!(test) { 2 } else { 4 };
 /// Rays that are traced together, at most.
-const MOST: usize = 32;
+const MOST: usize = 40;
 
 impl<W: World> Node<'_, W> {
     /// Rays that it traces together, at most.

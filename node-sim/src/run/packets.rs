@@ -39,6 +39,9 @@ pub(crate) struct Buffers {
 /// Packets up to this size are copied out of the scratch \[bytes\]: most are far smaller than the greatest.
 const SMALL: usize = 512;
 
+/// Most of what large packets lay in that is kept for others.
+const SPARE: usize = 32;
+
 impl Buffers {
     /// What has been written to the scratch, so many bytes of it.
     fn take(&mut self, len: usize) -> Packet {
@@ -51,9 +54,9 @@ impl Buffers {
         Packet(packet)
     }
 
-    /// Takes back what a packet lay in.
+    /// Takes back what a packet lay in, if it lacks some: more come to some parts of the mesh than leave them.
     pub(crate) fn recycle(&mut self, packet: Packet) {
-        if packet.0.len() > SMALL {
+        if packet.0.len() > SMALL && self.spare.len() < SPARE {
             self.spare.push(packet.0);
         }
     }

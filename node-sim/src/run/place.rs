@@ -6,7 +6,8 @@ use std::sync::Arc;
 use kiloray_core::network::{
     Channel, HOST, Lane, Mesh, NodeId, PacketHeader, Port, Received, Router,
 };
-use kiloray_core::node::{Lack, Next, Time, tell_gone};
+use kiloray_core::node::{Lack, Next, Time, signal};
+use kiloray_core::protocol::Message;
 
 use super::clock::{Phase, PlaceState};
 use super::event::{Event, EventQueue};
@@ -178,7 +179,8 @@ impl<'m, A: Actor<'m>> Place<'m, A> {
             Received::Dead => {
                 self.faults.for_the_dead += 1;
                 if asks {
-                    tell_gone(self.router(), sender);
+                    // Where there is no room, nothing: who hears nothing asks again.
+                    signal(self.router(), sender, &Message::Gone);
                 }
             }
             Received::Bad => debug_assert!(false, "routers send good packets"),

@@ -2,8 +2,8 @@
 
 use kiloray_core::{
     network::{NodeId, Router},
-    node::Time,
-    protocol::{Item, Message, write},
+    node::{Time, signal},
+    protocol::Message,
 };
 use kiloray_render::Ledger;
 
@@ -42,13 +42,8 @@ impl Inquiry {
                 (self.node, self.tries, self.until) = (self.node + 1, 0, Time(0));
                 continue;
             }
-            let mut packet = [0; Item::BYTES];
-            let tell = Message::Tell;
-            let written = write(&mut packet, 0, &tell).is_some();
-            debug_assert!(written, "it is a header alone");
             // Where there is no room it is asked again later.
-            let (to, channel) = (NodeId(self.node), tell.channel());
-            let _ = router.inject(to, channel, tell.priority(), &packet);
+            signal(router, NodeId(self.node), &Message::Tell);
             self.tries += 1;
             self.until = now.after(self.patience);
         }

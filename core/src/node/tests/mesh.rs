@@ -492,7 +492,7 @@ impl<'a> World<'a> {
             // Its router drops what is for it, and tells who has asked.
             let router = self.router(node);
             if let Some((sender, _)) = router.arrived(Channel::Request) {
-                tell_gone(router, sender);
+                signal(router, sender, &Message::Gone);
             }
             for channel in Channel::ALL {
                 router.consume(channel);
