@@ -76,6 +76,8 @@ pub struct Node<'a, W> {
     /// A block that no copy could be had of, to be reported.
     pub(super) lost: Option<u32>,
     pub(super) counts: Counts,
+    /// Steps since another node has asked for something.
+    pub(super) quiet: u8,
     /// Of the step that is being taken.
     pub(super) work: Work,
     /// A rule that a test has broken.
@@ -87,8 +89,10 @@ pub struct Node<'a, W> {
 /// Nodes that can be suspected at once.
 pub(super) const SUSPECTS: usize = 8;
 
-/// Rays that a step works on before it looks for messages again, or a bundle: others wait for this node's blocks.
-const QUANTUM: u32 = 8;
+/// Rays that a step works on before it looks for messages again: others wait for this node's blocks.
+const QUANTUM: u32 = 2;
+/// The same of a node that nobody has asked for anything of late.
+const QUANTUM_QUIET: u32 = 8;
 /// Requests that a step deals with.
 const REQUESTS: u32 = 16;
 
@@ -161,6 +165,7 @@ impl<'a, W: World> Node<'a, W> {
             next_deadline: Time::NEVER,
             lost: None,
             counts: Counts::default(),
+            quiet: 0,
             work: Work::default(),
             #[cfg(test)]
             broken: None,
@@ -216,13 +221,15 @@ impl<'a, W: World> Node<'a, W> {
     /// Takes a step.
     pub fn poll(&mut self, now: Time) -> Progress {
         self.work = Work::default();
+        self.quiet = self.quiet.saturating_add(1);
         self.replies(now);
         self.requests(now, REQUESTS);
         if now >= self.next_deadline {
             self.deadlines(now);
         }
         let mut worked = u32::from(self.check_block(now));
-        while worked < QUANTUM {
+        let quantum = if self.is_quiet() { QUANTUM_QUIET } else { QUANTUM };
+        while worked < quantum {
             let rays = self.step(now);
             if rays == 0 {
                 break;

@@ -155,6 +155,7 @@ impl<W: World> Node<'_, W> {
         };
         self.work.messages = self.work.messages.saturating_add(1);
         self.counts.received.note(&message, used);
+        self.quiet = 0;
         let from = self.inbox_from;
         match message {
             Message::Fetch { block, offset } if self.is_served(block, offset, from) => {}

@@ -6,12 +6,25 @@ use crate::trace::Trail;
 /// Fewer rays than this go one by one.
 const FEWEST: usize = if cfg!(test) { 2 } else { 4 };
 /// Rays that are traced together, at most.
-const MOST: usize = 40;
+const MOST: usize = 64;
+/// As many at a node that has been asked for something of late: it looks for more between, as others wait for its blocks.
+const MOST_BUSY: usize = 12;
+/// Steps without a request after which none is expected soon.
+const QUIET: u8 = 64;
 
 impl<W: World> Node<'_, W> {
     /// Rays that it traces together, at most.
-    pub(super) const fn bundle_len(&self) -> usize {
-        if cfg!(feature = "bundles") { MOST } else { 0 }
+    pub(super) fn bundle_len(&self) -> usize {
+        match self.is_quiet() {
+            _ if !cfg!(feature = "bundles") => 0,
+            true => MOST,
+            false => MOST_BUSY,
+        }
+    }
+
+    /// Whether no other node has asked for anything of late.
+    pub(super) fn is_quiet(&self) -> bool {
+        self.quiet >= QUIET
     }
 
     /// Traces the oldest of the rays that can go on together with those that begin as it does: how many.

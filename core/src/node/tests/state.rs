@@ -74,8 +74,8 @@ impl<W: World> Node<'_, W> {
         s.all(&mut self.shadows[..fresh]);
         s.all(&mut self.shadows[parked..]);
         s.bool(&mut self.draining);
-        // It decides about time only.
-        self.turned = false;
+        // They decide about time only.
+        (self.turned, self.quiet) = (false, 0);
         s.bool(&mut self.starved);
         for root in self.roots.iter_mut() {
             root.deadline = match root.state() {
