@@ -40,7 +40,7 @@ pub(crate) struct Buffers {
 const SMALL: usize = 512;
 
 /// Most of what large packets lay in that is kept for others.
-const SPARE: usize = 32;
+const SPARE: usize = 8;
 
 impl Buffers {
     /// What has been written to the scratch, so many bytes of it.
