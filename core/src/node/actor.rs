@@ -227,7 +227,8 @@ impl<'a, W: World> Node<'a, W> {
         if now >= self.next_deadline {
             self.deadlines(now);
         }
-        let mut worked = u32::from(self.check_block(now));
+        // Blocks that come while shadow rays are gone through wait for the end of it: more rays come to need them meanwhile.
+        let mut worked = u32::from(!self.draining && self.check_block(now));
         let quantum = if self.is_quiet() { QUANTUM_QUIET } else { QUANTUM };
         while worked < quantum {
             let rays = self.step(now);

@@ -112,7 +112,7 @@ const TWELFTHS: usize = 12;
 const LEAST: Step = Step { frames: 0, rays: 1, shadows: 1, own: 1, bundles: 2, tiles: 1 };
 /// Blocks on their way take an eighth of the frames at most, or they would push out those in use; and no more than hide the latency of links.
 const FETCHES_PART: usize = 8;
-const FETCHES_MAX: usize = 8;
+const FETCHES_MAX: usize = 12;
 
 const _: () = assert!(Item::RAY_BYTES <= PAYLOAD_MIN);
 
