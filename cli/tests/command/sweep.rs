@@ -54,6 +54,18 @@ fn all_combinations_are_in_the_table_in_order_and_to_the_byte() {
 }
 
 #[test]
+fn an_axis_stands_as_typed_and_in_bytes() {
+    let folder = Folder::new();
+    let line = "sweep cornell --over memory=128KiB,256KiB --nodes 2 --no-baseline";
+    folder.run(&format!("{line} {SMALL} -o out")).done();
+    let table = lines(&folder, "out/sweep.csv");
+    let column = |name: &str| table[0].iter().position(|head| head == name).unwrap();
+    let bytes = column("memory_bytes");
+    let points: Vec<_> = table[1..].iter().map(|row| (&*row[0], &*row[bytes])).collect();
+    assert_eq!(points, [("128KiB", "131072"), ("256KiB", "262144")]);
+}
+
+#[test]
 fn one_option_at_a_time_has_plots_for_each() {
     let folder = Folder::new();
     let line = format!("sweep cornell --each --over nodes=1,2 --over prefetch=0,all {SMALL}");

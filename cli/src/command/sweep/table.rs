@@ -25,12 +25,12 @@ pub(super) struct Row {
     pub(super) json: Value,
 }
 
-/// Columns after the axes: their names, and where they are in the JSON.
+/// Columns after the axes: their names, with units where they have one, and where they are in the JSON.
 const COLUMNS: [(&str, &str); 45] = [
     ("nodes", "/nodes"),
     ("topology", "/options/topology"),
-    ("memory", "/memory/limit"),
-    ("block", "/options/block"),
+    ("memory_bytes", "/memory/limit"),
+    ("block_bytes", "/options/block"),
     ("profile", "/options/profile"),
     ("schedule", "/options/schedule"),
     ("placement", "/options/placement"),
@@ -63,7 +63,7 @@ const COLUMNS: [(&str, &str); 45] = [
     ("cache_hits", "/cache/hits"),
     ("cache_misses", "/cache/misses"),
     ("cache_evictions", "/cache/evictions"),
-    ("memory_peak", "/memory/peak"),
+    ("memory_peak_bytes", "/memory/peak"),
     ("points_peak", "/points/peak"),
     ("retries", "/retries"),
     ("refusals", "/refusals"),
