@@ -70,6 +70,13 @@ pub struct Spent {
 }
 
 impl Spent {
+    /// From when all neighbours were there to the end \[ns\].
+    pub const fn all_ns(&self) -> u64 {
+        let idle =
+            self.idle_data_ns + self.idle_answers_ns + self.idle_credit_ns + self.idle_work_ns;
+        self.busy_ns + self.network_ns + idle
+    }
+
     fn idle(&mut self, lack: Lack) -> &mut u64 {
         match lack {
             Lack::Data => &mut self.idle_data_ns,

@@ -225,7 +225,7 @@ impl Run<'_> {
         )
     }
 
-    /// The part of all nodes' time from the first to the last pixel that nodes were at work.
+    /// The part of all nodes' time that they were at work.
     fn busy(&self) -> f64 {
         self.part(|time| time.busy_ns)
     }
@@ -239,15 +239,21 @@ impl Run<'_> {
             ("imbalance", "no work left to ask for", self.part(|time| time.idle_work_ns)),
             ("messages", "taking packets from the network", self.part(|time| time.network_ns)),
         ];
-        let known: f64 = self.busy() + lost.iter().map(|(.., part)| part).sum::<f64>();
-        lost.push(("absent", "processes that ended, and starts of others", (1.0 - known).max(0.0)));
+        let absent = 1.0 - self.part(Spent::all_ns);
+        lost.push(("absent", "processes that ended, and starts of others", absent));
         lost.into_iter().map(|(name, words, part)| Loss { name, words, part }).collect()
     }
 
     fn part(&self, of: impl Fn(&Spent) -> u64) -> f64 {
-        let nodes = f64::from(self.options.topology.nodes());
-        let all = nodes * self.outcome.render.as_secs_f64() * 1e9;
-        total(self.outcome.nodes.iter().map(|node| of(&node.time))) as f64 / all.max(1.0)
+        total(self.outcome.nodes.iter().map(|node| of(&node.time))) as f64 / self.all_ns() as f64
+    }
+
+    /// All nodes' time \[ns\]: of each from the first to the last pixel, or longer, as some begin before and end after.
+    fn all_ns(&self) -> u64 {
+        let render = self.outcome.render.as_nanos() as u64;
+        let known = self.outcome.nodes.iter().map(|node| node.time.all_ns());
+        let unknown = u64::from(self.options.topology.nodes()).saturating_sub(known.len() as u64);
+        (render * unknown + total(known.map(|ns| ns.max(render)))).max(1)
     }
 
     /// The lines of a node's memory, each of the node that had most in it.

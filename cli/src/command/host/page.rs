@@ -68,7 +68,7 @@ fn time(page: &mut Page, run: &Run<'_>) {
     parts.extend(lost.iter().map(|lost| (lost.words.to_owned(), percent(lost.part), lost.part)));
     page.split(&parts);
     page.soft(
-        "Of all nodes' time, from the first to the last pixel, by the clock. A machine that runs more nodes than it has \
+        "Of all nodes' time, from before the first to after the last pixel, by the clock. A machine that runs more nodes than it has \
          processors lets nodes that are at work wait for each other: that counts as work here.",
     );
 }
