@@ -8,7 +8,7 @@ use std::{
 use kiloray_core::scene::View;
 use kiloray_scene::{
     builtin,
-    compile::{self, Stage, Stats},
+    compile::{self, CompileError, Stage, Stats},
     import::{self, ImportOptions},
     kilo::{KiloError, KiloFile},
     model::{Model, Note},
@@ -16,7 +16,8 @@ use kiloray_scene::{
 };
 
 use crate::{
-    args::ViewChoice,
+    args::{self, ViewChoice},
+    console,
     failure::{self, Failure, Outcome},
     progress::Progress,
 };
@@ -48,7 +49,7 @@ enum Source {
 
 /// Reads and compiles. `block` is what was asked for, `fallback` the size otherwise.
 pub(crate) fn load(
-    scenes: &[PathBuf],
+    args::Scene { scenes, lights }: &args::Scene,
     block: Option<u32>,
     fallback: u32,
     quiet: bool,
@@ -72,7 +73,10 @@ pub(crate) fn load(
     };
     let model = read.inspect_err(|_| tell(&notes, quiet))?;
     notes.extend(model.notes.iter().map(Note::to_string));
-    let options = compile::Options { block_bytes: block.unwrap_or(fallback) as usize };
+    let options = compile::Options {
+        block_bytes: block.unwrap_or(fallback) as usize,
+        lights_max: *lights as usize,
+    };
     let mut stage = None;
     let mut report = |next: Stage, done: u64, total: u64| {
         let current = match stage.take() {
@@ -87,7 +91,7 @@ pub(crate) fn load(
     };
     let compiled = compile::compile(&model, &options, &mut report);
     drop(stage);
-    let compiled = compiled.inspect_err(|_| tell(&notes, quiet)).map_err(Failure::new)?;
+    let compiled = compiled.inspect_err(|_| tell(&notes, quiet)).map_err(refused)?;
     let (stats, summary) = (compiled.stats.clone(), compiled.summary.clone());
     let name = match &sources[0] {
         Source::Builtin(name) => name.replace(':', "-"),
@@ -160,6 +164,18 @@ fn source(name: &Path) -> Outcome<Source> {
         }
         Err(error) => Err(Failure::usage(error)),
         Ok(_) => Ok(Source::Builtin(text.into())),
+    }
+}
+
+/// What the compiler will not take, and what to do then.
+fn refused(error: CompileError) -> Failure {
+    match error {
+        CompileError::Lights { count, limit } => Failure::new(format_args!(
+            "{} lights, and at most {}: give fewer faces a material that emits, or allow more with --lights {count}",
+            console::count(count as u64),
+            console::count(limit as u64),
+        )),
+        error => Failure::new(error),
     }
 }
 

@@ -127,7 +127,7 @@ fn kinds(payload: &[u8]) -> String {
 /// A scene of many small blocks, with mirrors, glass and spheres.
 pub(crate) static SCENE: LazyLock<KiloFile> = LazyLock::new(|| {
     let model = builtin::build("glass").expect("it is built in");
-    let options = Options { block_bytes: 1 << 10 };
+    let options = Options::blocks_of(1 << 10);
     let compiled = compile(&model, &options, &mut |_, _, _| {}).expect("it compiles");
     KiloFile::from_compiled(compiled)
 });

@@ -27,7 +27,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let side: u32 = text(4, "128").parse()?;
     let block: usize = text(6, "4").parse()?;
     let model = builtin::build(&scene)?;
-    let file = compile::compile(&model, &compile::Options { block_bytes: block << 10 }, &mut ())?;
+    let file = compile::compile(&model, &compile::Options::blocks_of(block << 10), &mut ())?;
     let file = KiloFile::from_compiled(file);
     let file = file.view();
     let mut options = Options::new(side, side, file.views()[0], topology);

@@ -17,7 +17,7 @@ const SHADOWS: [ShadowPolicy; 3] = [ShadowPolicy::Keep, ShadowPolicy::Offer, Sha
 
 fn scene(name: &str, block_bytes: usize) -> KiloFile {
     let model = builtin::build(name).expect("a scene that exists");
-    let compiled = compile::compile(&model, &compile::Options { block_bytes }, &mut ());
+    let compiled = compile::compile(&model, &compile::Options::blocks_of(block_bytes), &mut ());
     KiloFile::from_compiled(compiled.expect("it compiles"))
 }
 

@@ -18,7 +18,7 @@ const HEIGHT: u32 = 22;
 
 fn compiled(scene: &str, block_bytes: usize) -> Compiled {
     let model = builtin::build(scene).unwrap();
-    compile(&model, &kiloray_scene::compile::Options { block_bytes }, &mut ()).unwrap()
+    compile(&model, &kiloray_scene::compile::Options::blocks_of(block_bytes), &mut ()).unwrap()
 }
 
 fn options(file: &KiloView<'_>) -> Options {

@@ -70,7 +70,7 @@ pub fn all(
     done: &dyn Fn(),
 ) -> Result<Sums, Failure> {
     let model = builtin::build("glass").map_err(|e| e.to_string())?;
-    let options = compile::Options { block_bytes: 1 << 10 };
+    let options = compile::Options::blocks_of(1 << 10);
     let compiled = compile::compile(&model, &options, &mut ()).map_err(|e| e.to_string())?;
     let file = KiloFile::from_compiled(compiled);
     let reference = reference(&file)?;

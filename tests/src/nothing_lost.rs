@@ -45,7 +45,8 @@ impl Scenes {
         for name in SCENES {
             let model = builtin::build(name).map_err(|e| e.to_string())?;
             for block_bytes in BLOCKS {
-                let compiled = compile::compile(&model, &compile::Options { block_bytes }, &mut ());
+                let compiled =
+                    compile::compile(&model, &compile::Options::blocks_of(block_bytes), &mut ());
                 let compiled = compiled.map_err(|e| e.to_string())?;
                 scenes.push((name, block_bytes, KiloFile::from_compiled(compiled)));
             }

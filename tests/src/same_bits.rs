@@ -101,7 +101,7 @@ impl Matrix {
             let first = scenes.len();
             for block in BLOCKS {
                 let compiled =
-                    compile::compile(&model, &compile::Options { block_bytes: block }, &mut ());
+                    compile::compile(&model, &compile::Options::blocks_of(block), &mut ());
                 let file = KiloFile::from_compiled(compiled.map_err(|e| e.to_string())?);
                 let view = file.view().views().first().copied();
                 let view = view.ok_or_else(|| format!("{name} has no view"))?;

@@ -223,6 +223,10 @@ pub(super) fn block(text: &str) -> Result<u32, String> {
     }
 }
 
+pub(super) fn lights(text: &str) -> Result<u32, String> {
+    whole(text, 0, u32::MAX)
+}
+
 pub(super) fn part(text: &str) -> Result<f64, String> {
     text.parse()
         .ok()

@@ -49,7 +49,7 @@ pub(super) fn run(arguments: &args::Compile) -> Outcome {
     let json_out = arguments.json.as_deref().map(Output::create).transpose()?;
     let to_standard = arguments.json.as_deref() == Some("-".as_ref());
 
-    let scene = scene::load(&arguments.scene.scenes, arguments.block, block, arguments.quiet)?;
+    let scene = scene::load(&arguments.scene, arguments.block, block, arguments.quiet)?;
     scene.print_notes(arguments.quiet);
     let shares = nodes.map(|nodes| Shares::new(&scene, arguments, nodes));
     if !arguments.quiet && !to_standard {

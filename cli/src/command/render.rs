@@ -23,8 +23,8 @@ pub(super) fn run(arguments: &args::Render) -> Outcome {
     }
 
     let block = engine::default_block(common.memory);
-    let scene = scene::load(&arguments.scene.scenes, common.block, block, quiet)?
-        .with_view(common.view.as_ref());
+    let scene =
+        scene::load(&arguments.scene, common.block, block, quiet)?.with_view(common.view.as_ref());
     let options = engine::options(common, scene.choose_view(common.view.as_ref())?)?;
     let path =
         arguments.output.clone().unwrap_or_else(|| PathBuf::from(format!("{}.png", scene.name)));

@@ -180,6 +180,15 @@ fn bad_files_are_refused_by_name_and_line() {
 }
 
 #[test]
+fn more_lights_than_allowed_are_refused_with_the_number() {
+    let folder = Folder::new();
+    let refused = folder.run("compile conference --lights 23 -o rooms.kilo");
+    refused.refused(1, &["24 lights", "at most 23", "--lights 24"]);
+    assert_eq!(folder.names(), [""; 0]);
+    assert_eq!(folder.run("compile conference --lights 24").code(), Some(0));
+}
+
+#[test]
 fn files_are_sought_beside_the_one_that_names_them_then_here() {
     let folder = Folder::new();
     let spheres = |n: usize| "m sphere s 0 0 4 0 0 0 1\n".repeat(n);

@@ -20,7 +20,7 @@ use crate::{Config, Exchange, Job, Place, drive};
 
 pub(super) fn scene(name: &str) -> KiloFile {
     let model = builtin::build(name).expect("a built-in scene");
-    let options = compile::Options { block_bytes: 1024 };
+    let options = compile::Options::blocks_of(1024);
     KiloFile::from_compiled(compile(&model, &options, &mut ()).expect("it compiles"))
 }
 

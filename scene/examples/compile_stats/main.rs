@@ -31,7 +31,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     }
     for kib in kib {
         let before = peak_kib();
-        let options = Options { block_bytes: kib << 10 };
+        let options = Options::blocks_of(kib << 10);
         let compiled = compile(&model, &options, &mut ())?;
         let stats = compiled.stats.clone();
         println!("{stats}");

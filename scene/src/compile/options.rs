@@ -5,12 +5,22 @@ use kiloray_core::block::format::{BLOCK_BYTES_MAX, BLOCK_BYTES_MIN};
 pub struct Options {
     /// Size of a block: a power of two from 1 to 64 KiB.
     pub block_bytes: usize,
+    /// Lights in the table at most: each costs every node 76 bytes, and every shaded point a look at it.
+    pub lights_max: usize,
+}
+
+impl Options {
+    /// Blocks of a size \[bytes\], the rest by default.
+    #[must_use]
+    pub fn blocks_of(block_bytes: usize) -> Self {
+        Self { block_bytes, ..Self::default() }
+    }
 }
 
 impl Default for Options {
-    /// Blocks of 16 KiB.
+    /// Blocks of 16 KiB, and 65,536 lights (4.75 MiB).
     fn default() -> Self {
-        Self { block_bytes: 16 << 10 }
+        Self { block_bytes: 16 << 10, lights_max: 1 << 16 }
     }
 }
 
@@ -72,6 +82,14 @@ pub enum CompileError {
         count: u64,
         /// How many there may be.
         limit: u64,
+    },
+    /// More lights than the table has room for: emissive faces are a light each.
+    #[error("{count} lights: {limit} at most")]
+    Lights {
+        /// How many light a surface.
+        count: usize,
+        /// How many there may be.
+        limit: usize,
     },
     /// A surface or light names a material, vertex or normal that the model does not have.
     #[error("{what} {index} is missing: the model has {len}")]

@@ -27,8 +27,8 @@ use crate::needs::{Summary, needs};
 ///
 /// # Errors
 ///
-/// [`CompileError`]: a size of blocks that cannot be, a model whose indices lead nowhere, or more
-/// surfaces than the file's numbers can count.
+/// [`CompileError`]: a size of blocks that cannot be, a model whose indices lead nowhere, more
+/// surfaces than the file's numbers can count, or more lights than are allowed.
 pub fn compile(
     model: &Model,
     options: &Options,
@@ -40,6 +40,9 @@ pub fn compile(
     let place = Placement::of(model);
     let mut surfaces = Surfaces::of(model, place)?;
     let (mut lights, dark) = useful(model, place);
+    if lights.len() > options.lights_max {
+        return Err(CompileError::Lights { count: lights.len(), limit: options.lights_max });
+    }
     let mut list = model.materials.clone();
     split_materials(&mut list, &mut surfaces, &mut lights, place);
     let mut materials = Materials::of(&list, &mut surfaces, &lights, place);

@@ -18,7 +18,7 @@ const SIZES: [usize; 7] = [1 << 10, 2 << 10, 4 << 10, 8 << 10, 16 << 10, 32 << 1
 /// Compiles with every size of blocks and checks each result.
 fn check_all(model: &Model) {
     for block_bytes in SIZES {
-        let compiled = compile(model, &Options { block_bytes }, &mut ()).unwrap();
+        let compiled = compile(model, &Options::blocks_of(block_bytes), &mut ()).unwrap();
         check(model, &compiled);
     }
 }

@@ -28,7 +28,7 @@ mod tests {
 
     fn scene() -> KiloFile {
         let model = builtin::build("glass").expect("a scene that exists");
-        let options = compile::Options { block_bytes: 1024 };
+        let options = compile::Options::blocks_of(1024);
         let compiled = compile::compile(&model, &options, &mut ());
         KiloFile::from_compiled(compiled.expect("it compiles"))
     }

@@ -51,7 +51,7 @@ fn compiled() -> Compiled {
         offset: [0.0; 2],
         clip: [0.0; 2],
     });
-    compile(&model, &Options { block_bytes: 1024 }, &mut ()).unwrap()
+    compile(&model, &Options::blocks_of(1024), &mut ()).unwrap()
 }
 
 /// A directory of this test's own, which is gone when it ends.

@@ -1,7 +1,7 @@
 use glam::DVec3;
 use kiloray_core::scene::{LightKind, MaterialKind, Needs};
 
-use crate::compile::{Compiled, Dark, Options, compile};
+use crate::compile::{CompileError, Compiled, Dark, Options, compile};
 use crate::kilo::KiloFile;
 use crate::model::{Light, Material, Model, NO_NORMAL, Triangle};
 
@@ -102,7 +102,12 @@ fn lights_that_light_nothing_are_left_out() {
     let towards = light(LightKind::Spot, z * 9.0, -z, narrow);
     let flat = light(LightKind::Triangle, z, DVec3::X, DVec3::X * 2.0);
     model.lights = vec![up, down, far, near, off, away, towards, flat];
-    let compiled = compiled(&model);
+    // Only those that light something count.
+    let limited =
+        |lights_max| compile(&model, &Options { lights_max, ..Options::blocks_of(1024) }, &mut ());
+    let error = limited(2).unwrap_err();
+    assert_eq!(error, CompileError::Lights { count: 3, limit: 2 });
+    let compiled = limited(3).unwrap();
     let dark: Vec<_> = compiled.summary.lights_dark.clone().into_iter().collect();
     assert_eq!(dark, [(Dark::Off, 2), (Dark::FacesAway, 2), (Dark::TooFar, 1)]);
     let file = KiloFile::from_compiled(compiled);

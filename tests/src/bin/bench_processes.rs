@@ -85,7 +85,7 @@ struct Took {
 
 fn bench(arguments: &Arguments) -> Result<(), String> {
     let model = builtin::build(&arguments.scene).map_err(|e| e.to_string())?;
-    let options = compile::Options { block_bytes: arguments.block << 10 };
+    let options = compile::Options::blocks_of(arguments.block << 10);
     let compiled = compile::compile(&model, &options, &mut ()).map_err(|e| e.to_string())?;
     let file = KiloFile::from_compiled(compiled);
     let (mut renders, mut meshes) = (Vec::new(), vec![Vec::new(); arguments.nodes.len()]);

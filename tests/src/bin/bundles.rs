@@ -119,7 +119,7 @@ impl Sums {
 
 fn measure(scene: &str, arguments: &Arguments) -> Result<(), Box<dyn std::error::Error>> {
     let model = kiloray_scene::builtin::build(scene)?;
-    let compiled = compile(&model, &Options { block_bytes: arguments.block }, &mut ())?;
+    let compiled = compile(&model, &Options::blocks_of(arguments.block), &mut ())?;
     let mut file = KiloView::parse(compiled.bytes())?;
     file.check_blocks()?;
     let header = *file.header();

@@ -82,7 +82,8 @@ fn run(arguments: &Arguments) -> Result<bool, Box<dyn Error>> {
     let mut first = None;
     let mut same = true;
     for block_bytes in BLOCKS {
-        let compiled = compile::compile(&model, &compile::Options { block_bytes }, &mut ())?;
+        let compiled =
+            compile::compile(&model, &compile::Options::blocks_of(block_bytes), &mut ())?;
         let file = KiloView::parse(compiled.bytes())?;
         let view = *file.views().first().ok_or("the scene has no view")?;
         let settings = Settings { samples: 4, ..Settings::default() };

@@ -22,7 +22,7 @@ use kiloray_scene::model::Model;
 
 /// Compiles a model that the tests themselves have made.
 fn compiled(model: &Model, block_bytes: usize) -> Result<KiloFile, String> {
-    let options = Options { block_bytes };
+    let options = Options::blocks_of(block_bytes);
     compile(model, &options, &mut ()).map(KiloFile::from_compiled).map_err(|e| e.to_string())
 }
 

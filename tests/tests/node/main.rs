@@ -35,7 +35,7 @@ const PATIENCE: Time = Time(1_000_000_000);
 
 fn scene() -> KiloFile {
     let model = builtin::build("glass").expect("a scene that exists");
-    let options = compile::Options { block_bytes: BLOCK_BYTES };
+    let options = compile::Options::blocks_of(BLOCK_BYTES);
     let compiled = compile::compile(&model, &options, &mut ());
     KiloFile::from_compiled(compiled.expect("it compiles"))
 }

@@ -92,8 +92,8 @@ pub(super) fn run(board: &args::Board) -> Outcome {
     if board.serial.is_empty() {
         emulator::is_there()?;
     }
-    let scene = scene::load(&board.scene.scenes, common.block, BLOCK, quiet)?
-        .with_view(common.view.as_ref());
+    let scene =
+        scene::load(&board.scene, common.block, BLOCK, quiet)?.with_view(common.view.as_ref());
     let options = options(board, &scene)?;
     let path = board.output.clone().unwrap_or_else(|| PathBuf::from(format!("{}.png", scene.name)));
     let cancel = interrupt::gentle();

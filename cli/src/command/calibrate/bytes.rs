@@ -27,7 +27,7 @@ pub(super) fn check_ns() -> Outcome<f64> {
     let mut mean = 0.0;
     for scene in SCENES {
         let model = builtin::build(scene).map_err(Failure::new)?;
-        let options = compile::Options { block_bytes: BLOCK };
+        let options = compile::Options::blocks_of(BLOCK);
         let compiled = compile::compile(&model, &options, &mut ()).map_err(Failure::new)?;
         let file = KiloFile::from_compiled(compiled);
         let file = file.view();

@@ -52,7 +52,7 @@ impl Picture {
     /// Compiles the scene, and counts.
     pub(super) fn count(&self) -> Outcome<Subject> {
         let model = builtin::build(self.scene).map_err(Failure::new)?;
-        let options = compile::Options { block_bytes: BLOCK };
+        let options = compile::Options::blocks_of(BLOCK);
         let compiled = compile::compile(&model, &options, &mut ()).map_err(Failure::new)?;
         let file = KiloFile::from_compiled(compiled);
         let scene = file.view();

@@ -56,7 +56,8 @@ fn of_config(host: &args::Host, path: &Path) -> Outcome<Prepared> {
         ));
     }
     let scenes = vec![config.scene.clone()];
-    let scene = scene::load(&scenes, None, 0, host.common.quiet)?;
+    let compiled = args::Scene { scenes: scenes.clone(), ..host.scene };
+    let scene = scene::load(&compiled, None, 0, host.common.quiet)?;
     let options = Job::new(&config, &scene.file.view()).map_err(refused)?.options;
     let settings = options.settings;
     let common = Common {
@@ -116,8 +117,8 @@ fn of_options(host: &args::Host) -> Outcome<Prepared> {
     let topology = division.topology().map_err(Failure::usage)?;
     let scenes = host.scene.scenes.clone();
     let block = engine::default_block(Some(division::memory(&common)));
-    let scene =
-        scene::load(&scenes, common.block, block, common.quiet)?.with_view(common.view.as_ref());
+    let scene = scene::load(&host.scene, common.block, block, common.quiet)?
+        .with_view(common.view.as_ref());
     let view = scene.choose_view(common.view.as_ref())?;
     let bounds =
         Bounds::new(common.width, common.height, framing::aspect(&view)).map_err(Failure::usage)?;

@@ -20,7 +20,7 @@ pub(super) fn run(arguments: &args::Plan) -> Outcome {
     let json_out = arguments.json.as_deref().map(Output::create).transpose()?;
     let to_standard = arguments.json.as_deref() == Some("-".as_ref());
     let block = engine::default_block(Some(arguments.memory));
-    let scene = scene::load(&arguments.scene.scenes, arguments.block, block, to_standard)?;
+    let scene = scene::load(&arguments.scene, arguments.block, block, to_standard)?;
     scene.print_notes(to_standard);
     let view = scene.choose_view(None)?;
     let Bounds { width, height } =

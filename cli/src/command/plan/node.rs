@@ -11,7 +11,7 @@ pub(super) fn run(arguments: &args::Plan) -> Outcome {
     let to_standard = arguments.json.as_deref() == Some("-".as_ref());
     let memory = arguments.memory;
     let block = engine::default_block(Some(memory));
-    let scene = scene::load(&arguments.scene.scenes, arguments.block, block, to_standard)?;
+    let scene = scene::load(&arguments.scene, arguments.block, block, to_standard)?;
     scene.print_notes(to_standard);
     let view = scene.choose_view(None)?;
     let settings = Settings { bounces: arguments.bounces as u8, ..Settings::default() };

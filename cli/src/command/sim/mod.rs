@@ -120,7 +120,7 @@ pub(super) fn run(sim: &args::Sim) -> Outcome {
 /// Reads and compiles the scene, in blocks that suit the nodes' memory.
 pub(super) fn load(sim: &args::Sim, quiet: bool) -> Outcome<Scene> {
     let block = engine::default_block(Some(division::memory(&sim.common)));
-    let scene = scene::load(&sim.scene.scenes, sim.common.block, block, quiet)?;
+    let scene = scene::load(&sim.scene, sim.common.block, block, quiet)?;
     Ok(scene.with_view(sim.common.view.as_ref()))
 }
 

@@ -30,7 +30,7 @@ fn pyramids() -> Model {
 
 #[test]
 fn eight_pyramids_are_eight_full_records_of_one_node() {
-    let compiled = compile(&pyramids(), &Options { block_bytes: 1024 }, &mut ()).unwrap();
+    let compiled = compile(&pyramids(), &Options::blocks_of(1024), &mut ()).unwrap();
     let stats = &compiled.stats;
     assert_eq!((stats.triangles, stats.blocks, stats.nodes, stats.records), (32, 1, 1, 8));
     assert_eq!((stats.vertices, stats.refs, stats.depth, stats.nesting), (40, 0, 1, 1));
@@ -79,7 +79,7 @@ fn ever_smaller_triangles_stay_within_the_depth() {
         let vertices = [first, first + 1, first + 2];
         model.triangles.push(Triangle { vertices, normals: [NO_NORMAL; 3], material: 0 });
     }
-    let options = Options { block_bytes: 1024 };
+    let options = Options::blocks_of(1024);
     let compiled = compile(&model, &options, &mut ()).unwrap();
     super::oracle::check(&model, &compiled);
     assert!(compiled.stats.triangles > 2_900 && compiled.stats.depth <= 32);

@@ -145,7 +145,7 @@ proptest! {
         kib_log2 in 0..7_u32,
     ) {
         let model = build(&groups, 10f64.powi(exponent), offset, seed);
-        let options = Options { block_bytes: 1024_usize << kib_log2 };
+        let options = Options::blocks_of(1024_usize << kib_log2);
         let compiled = compile(&model, &options, &mut ()).unwrap();
         check(&model, &compiled);
         // Positions are as near as f32 allows; the frame is at most twice as large as the scene.
@@ -169,7 +169,7 @@ fn the_least_block_holds_nodes_of_large_leaves() {
         normals: true,
     };
     let model = build(&[group], 1.0, 0.0, 7);
-    let compiled = compile(&model, &Options { block_bytes: 1024 }, &mut ()).unwrap();
+    let compiled = compile(&model, &Options::blocks_of(1024), &mut ()).unwrap();
     check(&model, &compiled);
     assert_eq!(compiled.stats.triangles, 400);
 }
@@ -185,7 +185,7 @@ fn ten_thousand_triangles_in_one_place_are_cut_by_count() {
         normals: false,
     };
     let model = build(&[group(10_000), Group { kind: Kind::Geometric, ..group(100) }], 1.0, 0.0, 3);
-    let compiled = compile(&model, &Options { block_bytes: 4096 }, &mut ()).unwrap();
+    let compiled = compile(&model, &Options::blocks_of(4096), &mut ()).unwrap();
     check(&model, &compiled);
     // 10,000 / 4 leaves of 8 children each need 4 levels.
     assert!(compiled.stats.depth <= 12, "{}", compiled.stats.depth);

@@ -93,7 +93,7 @@ fn what_leads_nowhere_is_named() {
     assert_eq!(error(|m| m.triangles[0].vertices[1] = 70), "vertex 70 is missing: the model has 3");
     assert_eq!(error(|m| m.triangles[0].normals[1] = 0), "normal 0 is missing: the model has 0");
     for block_bytes in [0, 512, 3000, 1 << 17] {
-        let refused = compile(&model(), &Options { block_bytes }, &mut ()).unwrap_err();
+        let refused = compile(&model(), &Options::blocks_of(block_bytes), &mut ()).unwrap_err();
         assert!(refused.to_string().starts_with(&format!("a block of {block_bytes} bytes")));
     }
 }

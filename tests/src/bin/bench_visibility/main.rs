@@ -77,7 +77,7 @@ fn run() -> Result<(), Error> {
         peer.write_rays(&ktri, a.size, &file)?;
     }
     let mesh = mesh::read(&ktri)?;
-    let options = Options { block_bytes: a.block_bytes };
+    let options = Options::blocks_of(a.block_bytes);
     let compiled = compile(&mesh, &options, &mut ())?;
     let sets = rays::read(&file, &compiled.header().frame)?;
     let scene = trace::Scene::new(compiled.bytes(), &a.work, a.mapped)?;
