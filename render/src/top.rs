@@ -1,18 +1,22 @@
 //! The top of a tree, expanded in memory.
 
-use kiloray_core::block::format::Ref;
-use kiloray_core::block::{Expanded, ExpandedNode, ExpandedTop, KiloView};
+use std::cmp::Ordering;
+use std::collections::BinaryHeap;
 
-/// Of so many bytes of blocks, one node is expanded.
-const BLOCK_BYTES_PER_NODE: usize = 8 << 10;
+use kiloray_core::block::format::{Child, Node, Ref};
+use kiloray_core::block::{
+    BlockView, Expanded, ExpandedChild, ExpandedNode, ExpandedTop, KiloView,
+};
+
+/// Of so many bytes of blocks, one node is expanded: half of the memory that blocks take.
+const BLOCK_BYTES_PER_NODE: usize = 512;
 /// So many nodes at least: all of a small scene.
 const NODES_MIN: usize = 64;
-/// So many nodes at most: the memory near the processor holds no more.
-const NODES_MAX: usize = 2048;
+/// So many nodes at most: 64 MiB.
+const NODES_MAX: usize = 1 << 18;
 
-/// The upper levels of the tree of a file as [`ExpandedTop`]: 4 % of the memory that its blocks take, and at most 624 KiB.
-///
-/// A ray then enters half as many blocks.
+/// The upper part of the tree of a file as [`ExpandedTop`]: the nodes with the greatest boxes, which most rays visit, in half of the memory that
+/// its blocks take.
 #[derive(Debug, Clone, Default)]
 pub struct Top {
     nodes: Vec<ExpandedNode>,
@@ -24,17 +28,36 @@ impl Top {
     #[must_use]
     pub fn new(file: &KiloView<'_>) -> Self {
         let bytes = file.limits().block_bytes.saturating_mul(file.blocks() as usize);
-        let nodes = (bytes / BLOCK_BYTES_PER_NODE).clamp(NODES_MIN, NODES_MAX);
-        let mut source = *file;
-        let mut top = Self {
-            nodes: vec![bytemuck::Zeroable::zeroed(); nodes],
-            refs: vec![bytemuck::Zeroable::zeroed(); ExpandedTop::refs_of(nodes)],
-        };
-        // A file without blocks has none.
-        let grown = ExpandedTop::grow(&mut source, &mut top.nodes, &mut top.refs);
-        let (nodes, refs) = grown.map_or((0, 0), |grown| (grown.nodes().len(), grown.refs().len()));
-        top.nodes.truncate(nodes);
-        top.refs.truncate(refs);
+        let chosen = choose(file, (bytes / BLOCK_BYTES_PER_NODE).clamp(NODES_MIN, NODES_MAX));
+        let mut top = Self { nodes: Vec::with_capacity(chosen.len()), refs: Vec::new() };
+        // Depth first: nodes that one ray visits lie near each other.
+        let mut numbers = vec![0_u32; chosen.len()];
+        let mut order = Vec::with_capacity(chosen.len());
+        let mut stack: Vec<usize> = (!chosen.is_empty()).then_some(0).into_iter().collect();
+        while let Some(index) = stack.pop() {
+            numbers[index] = order.len() as u32;
+            order.push(index);
+            stack.extend(chosen[index].below.iter().rev().flatten());
+        }
+        for index in order {
+            let Chosen { block, node, below } = chosen[index];
+            let Some((view, node)) = node_of(file, block, node) else { continue };
+            let child =
+                std::array::from_fn(|slot| match (below[slot], Child::decode(node.child[slot])) {
+                    (Some(index), _) => ExpandedChild::Node(numbers[index]),
+                    (None, Child::Empty) => ExpandedChild::Empty,
+                    (None, child @ Child::Leaf { .. }) if block < ExpandedChild::LEAF_BLOCKS => {
+                        ExpandedChild::Leaf { block, bits: child.encode() }
+                    }
+                    (None, child) => {
+                        let to = inside(&view, child)
+                            .map_or((block, child), |(block, node)| (block, Child::Node(node)));
+                        top.refs.push(Ref { block: to.0, node: to.1.encode(), _zero: 0 });
+                        ExpandedChild::Ref(top.refs.len() as u32 - 1)
+                    }
+                });
+            top.nodes.push(ExpandedNode::of(&view, node, child));
+        }
         top
     }
 
@@ -49,4 +72,92 @@ impl Top {
     pub fn bytes(&self) -> usize {
         ExpandedTop::new(&self.nodes, &self.refs).bytes()
     }
+}
+
+/// A node that is expanded.
+struct Chosen {
+    block: u32,
+    node: u16,
+    /// Its children that are expanded as well, by slot.
+    below: [Option<usize>; 8],
+}
+
+/// A node that may be.
+struct Candidate {
+    /// Half the surface of its box.
+    area: f32,
+    block: u32,
+    node: u16,
+    /// The one above it, among the chosen, and the slot there.
+    above: Option<(usize, usize)>,
+}
+
+/// The greatest first; of equal ones, that of the first block.
+impl Ord for Candidate {
+    fn cmp(&self, other: &Self) -> Ordering {
+        let place = |c: &Self| (c.block, c.node);
+        self.area.total_cmp(&other.area).then_with(|| place(other).cmp(&place(self)))
+    }
+}
+
+impl PartialOrd for Candidate {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl PartialEq for Candidate {
+    fn eq(&self, other: &Self) -> bool {
+        self.cmp(other).is_eq()
+    }
+}
+
+impl Eq for Candidate {}
+
+/// The nodes with the greatest boxes, a node before those below it, at most so many.
+fn choose(file: &KiloView<'_>, room: usize) -> Vec<Chosen> {
+    let mut chosen: Vec<Chosen> = Vec::with_capacity(room.min(file.blocks() as usize * 64));
+    let root = Candidate { area: f32::INFINITY, block: 0, node: 0, above: None };
+    let mut candidates = BinaryHeap::from([root]);
+    while chosen.len() < room {
+        let Some(Candidate { block, node, above, .. }) = candidates.pop() else { break };
+        let Some((view, stored)) = node_of(file, block, node) else { continue };
+        let index = chosen.len();
+        if let Some((above, slot)) = above {
+            chosen[above].below[slot] = Some(index);
+        }
+        chosen.push(Chosen { block, node, below: [None; 8] });
+        for (slot, &bits) in stored.child.iter().enumerate() {
+            if let Some((block, node)) = inside(&view, Child::decode(bits)) {
+                let area = area(&view, stored, slot);
+                candidates.push(Candidate { area, block, node, above: Some((index, slot)) });
+            }
+        }
+    }
+    chosen
+}
+
+/// A node of a file.
+fn node_of<'a>(file: &KiloView<'a>, block: u32, node: u16) -> Option<(BlockView<'a>, &'a Node)> {
+    let view = file.trusted_block(block)?;
+    Some((view, view.node(node)?))
+}
+
+/// The block and index of the node that a child is.
+fn inside(view: &BlockView<'_>, child: Child) -> Option<(u32, u16)> {
+    match child {
+        Child::Node(node) => Some((view.number(), node)),
+        Child::Ref(index) => view.reference(index).map(|to| (to.block, to.node)),
+        Child::Leaf { .. } | Child::Empty => None,
+    }
+}
+
+/// Half the surface of a slot's box.
+fn area(view: &BlockView<'_>, node: &Node, slot: usize) -> f32 {
+    let extent = |axis: usize| {
+        let steps = node.hi[axis][slot].saturating_sub(node.lo[axis][slot]);
+        view.header().scale[axis] * f32::from(steps)
+    };
+    let (x, y, z) = (extent(0), extent(1), extent(2));
+    x * y + y * z + z * x
 }

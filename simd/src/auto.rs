@@ -2,33 +2,47 @@ use kiloray_core::block::BlockSource;
 use kiloray_core::trace::{Query, Scalar, Search, TraceError, Tracer};
 
 #[cfg(target_arch = "x86_64")]
-use crate::avx2::Avx2;
+use crate::wide::{Avx2, Avx512};
 
-/// Traces with the widest lanes that the machine has.
+/// Traces with the best lanes that the machine has.
 #[derive(Debug, Clone, Copy)]
-pub struct Auto {
+pub struct Auto(Found);
+
+#[derive(Debug, Clone, Copy)]
+enum Found {
     #[cfg(target_arch = "x86_64")]
-    avx2: Option<Avx2>,
+    Avx512(Avx512),
+    #[cfg(target_arch = "x86_64")]
+    Avx2(Avx2),
+    Scalar,
 }
 
 impl Auto {
     /// Finds out what the machine can do.
     #[must_use]
     pub fn detect() -> Self {
-        Self {
-            #[cfg(target_arch = "x86_64")]
-            avx2: Avx2::detect(),
-        }
+        Self::all().next().unwrap_or(Self(Found::Scalar))
+    }
+
+    /// All lanes that the machine has, the best first.
+    pub fn all() -> impl Iterator<Item = Self> {
+        #[cfg(target_arch = "x86_64")]
+        let wide = [Avx512::detect().map(Found::Avx512), Avx2::detect().map(Found::Avx2)];
+        #[cfg(not(target_arch = "x86_64"))]
+        let wide = [None; 0];
+        wide.into_iter().flatten().chain([Found::Scalar]).map(Self)
     }
 
     /// What it traces with.
     #[must_use]
     pub fn name(self) -> &'static str {
-        #[cfg(target_arch = "x86_64")]
-        if self.avx2.is_some() {
-            return "avx2";
+        match self.0 {
+            #[cfg(target_arch = "x86_64")]
+            Found::Avx512(_) => "avx512",
+            #[cfg(target_arch = "x86_64")]
+            Found::Avx2(_) => "avx2",
+            Found::Scalar => "scalar",
         }
-        "scalar"
     }
 }
 
@@ -47,12 +61,19 @@ impl Tracer for Auto {
         rays: &T::Rays,
         queries: &mut T::Queries<Q>,
     ) -> Result<(), TraceError<S::Error>> {
-        #[cfg(target_arch = "x86_64")]
-        if let Some(lanes) = self.avx2 {
+        match self.0 {
             // SAFETY: `lanes` proves that the machine has these features.
-            return unsafe { run_avx2::<T, S, Q>(lanes, room, source, rays, queries) };
+            #[cfg(target_arch = "x86_64")]
+            Found::Avx512(lanes) => unsafe {
+                run_avx512::<T, S, Q>(lanes, room, source, rays, queries)
+            },
+            // SAFETY: as above.
+            #[cfg(target_arch = "x86_64")]
+            Found::Avx2(lanes) => unsafe {
+                run_avx2::<T, S, Q>(lanes, room, source, rays, queries)
+            },
+            Found::Scalar => Scalar.run::<T, S, Q>(room, source, rays, queries),
         }
-        Scalar.run::<T, S, Q>(room, source, rays, queries)
     }
 }
 
@@ -61,6 +82,19 @@ impl Tracer for Auto {
 #[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
 fn run_avx2<T: Search, S: BlockSource, Q: Query>(
     lanes: Avx2,
+    room: &mut T::Room,
+    source: &mut S,
+    rays: &T::Rays,
+    queries: &mut T::Queries<Q>,
+) -> Result<(), TraceError<S::Error>> {
+    T::run(lanes, room, source, rays, queries)
+}
+
+/// The same for AVX-512.
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt,avx512f,avx512vl,avx512bw,avx512dq")]
+fn run_avx512<T: Search, S: BlockSource, Q: Query>(
+    lanes: Avx512,
     room: &mut T::Room,
     source: &mut S,
     rays: &T::Rays,

@@ -1,4 +1,4 @@
-//! The tests of `kiloray-core`'s traversal, with these lanes.
+//! The tests of `kiloray-core`'s traversal, with all lanes that this machine has.
 
 // The shared files name their modules as they do in `kiloray-core`.
 #[path = "../../core/src/trace/tests/mod.rs"]
@@ -8,33 +8,34 @@ use kiloray_core::trace::Scalar;
 use proptest::prelude::*;
 use shared::{agree, bundles, frames, trails};
 
+use crate::Auto;
+
 #[test]
 fn every_layout_gives_the_hits_of_brute_force() {
-    agree::layouts_agree(crate::Auto::detect());
+    Auto::all().for_each(agree::layouts_agree);
 }
 
 #[test]
 fn scenes_far_smaller_and_away_from_the_origin() {
-    agree::scales_agree(crate::Auto::detect());
+    Auto::all().for_each(agree::scales_agree);
 }
 
 #[test]
 fn what_is_no_ray_hits_nothing() {
-    agree::no_ray_hits(crate::Auto::detect());
+    Auto::all().for_each(agree::no_ray_hits);
 }
 
 #[cfg(target_arch = "x86_64")]
 #[test]
 fn slots_enclose_the_intervals_of_own_boxes() {
     // A machine without these lanes never uses them.
-    if let Some(lanes) = crate::Avx2::detect() {
-        frames::enclose(lanes);
-    }
+    crate::Avx2::detect().into_iter().for_each(frames::enclose);
+    crate::Avx512::detect().into_iter().for_each(frames::enclose);
 }
 
 #[test]
 fn bundles_find_the_hits_of_single_rays() {
-    bundles::agree(crate::Auto::detect());
+    Auto::all().for_each(bundles::agree);
 }
 
 proptest! {
@@ -42,17 +43,15 @@ proptest! {
 
     #[test]
     fn rays_of_a_bundle_stop_at_missing_blocks_and_go_on(seed: u64, of_256 in 0_u32..=256) {
-        bundles::stop_and_go_on(crate::Auto::detect(), seed, of_256);
+        Auto::all().for_each(|tracer| bundles::stop_and_go_on(tracer, seed, of_256));
     }
 
     #[test]
-    fn parked_rays_find_what_others_find(case in trails::cases()) {
-        trails::agree(&case, crate::Auto::detect(), crate::Auto::detect());
-    }
-
-    #[test]
-    fn parked_rays_go_on_with_other_lanes(case in trails::cases()) {
-        trails::agree(&case, crate::Auto::detect(), Scalar);
+    fn parked_rays_go_on_with_any_lanes(case in trails::cases()) {
+        for tracer in Auto::all() {
+            trails::agree(&case, tracer, Auto::detect());
+            trails::agree(&case, tracer, Scalar);
+        }
     }
 
     #[test]
@@ -61,6 +60,6 @@ proptest! {
         damage in prop::collection::vec((0_usize..20, any::<u8>()), 0..6),
         bytes in any::<[u8; 20]>(),
     ) {
-        trails::hostile(&case, &damage, bytes, crate::Auto::detect());
+        Auto::all().for_each(|tracer| trails::hostile(&case, &damage, bytes, tracer));
     }
 }

@@ -3,7 +3,7 @@
 use super::error::BlockError;
 use super::format::{
     BLOCK_BYTES_MAX, BLOCK_BYTES_MIN, BlockHeader, Child, DEPTH_MAX, FLAG_NORMALS, Node,
-    RECORD_SPHERES, Record,
+    RECORD_SPHERES, Record, is_order,
 };
 use super::view::{BlockLimits, BlockView};
 
@@ -153,13 +153,14 @@ fn tree(view: &BlockView<'_>) -> Result<(), BlockError> {
         if u16::from(levels) > header.height {
             return Err(BlockError::Depth);
         }
+        if !node.order.iter().fold(true, |all, &word| all & is_order(word)) {
+            return Err(BlockError::Order { node: i });
+        }
         for (slot, &bits) in (0u8..).zip(&node.child) {
             let wrong = Err(BlockError::Child { node: i, slot });
-            if bits & 0x8000 != 0 && slot >= 6 {
-                return wrong;
-            }
             match Child::decode(bits) {
-                Child::Empty if bits & 0x7fff == Child::Empty.encode() => {}
+                _ if bits & 0x8000 != 0 => return wrong,
+                Child::Empty if bits == Child::EMPTY => {}
                 Child::Empty => return wrong,
                 Child::Node(child) => match above.get_mut(usize::from(child)) {
                     Some(above) if child > i && child < header.nodes && *above == 0 => {

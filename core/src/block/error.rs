@@ -28,6 +28,11 @@ pub enum BlockError {
         /// The slot.
         slot: u8,
     },
+    /// An order of a node's slots that does not name each of them once.
+    Order {
+        /// The node.
+        node: u16,
+    },
     /// Levels or nesting: more than the header says, or than the format allows.
     Depth,
     /// A record: no primitive, an index out of range, or a material that the scene does not have.
@@ -61,6 +66,9 @@ impl fmt::Display for BlockError {
             Self::Reserved => f.write_str("bytes that must be zero are not"),
             Self::Child { node, slot } => {
                 write!(f, "slot {slot} of node {node} is undefined, out of range or had twice")
+            }
+            Self::Order { node } => {
+                write!(f, "an order of node {node} does not name each of its slots once")
             }
             Self::Depth => f.write_str("the tree is deeper than the block's header allows"),
             Self::Record { record } => {

@@ -15,16 +15,30 @@ pub struct ExpandedNode {
     pub lo: [[f32; 8]; 3],
     /// Upper bounds, by axis, by slot.
     pub hi: [[f32; 8]; 3],
-    /// What is below, by slot: see [`ExpandedTop`].
-    pub child: [u16; 8],
-    /// The block of the node that it is made of.
-    pub block: u32,
-    /// The index of that node in its block.
-    pub node: u16,
-    /// The axis bits of that node's first six children, slot 0 lowest.
-    pub axes: u8,
+    /// What is below, by slot: the bits of an [`ExpandedChild`].
+    pub child: [u32; 8],
+    /// [`Node::order`].
+    pub order: [u32; 4],
     /// Zero.
-    pub _zero: [u8; 41],
+    pub _zero: [u32; 4],
+}
+
+/// A child of an [`ExpandedNode`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ExpandedChild {
+    /// Nothing.
+    Empty,
+    /// A node of the top, by index.
+    Node(u32),
+    /// A leaf of a block, with the bits of its [`Child`] there.
+    Leaf {
+        /// The block.
+        block: u32,
+        /// Its bits.
+        bits: u16,
+    },
+    /// Index into the references of the top. The `node` of such a [`Ref`] holds the bits of a [`Child`] of its block, a node or a leaf.
+    Ref(u32),
 }
 
 /// The upper levels of the tree, decoded once for all rays: most nodes that a ray visits lie there, and most blocks that it would enter
@@ -34,9 +48,10 @@ pub struct ExpandedNode {
 ///
 /// | bits | meaning |
 /// | --- | --- |
-/// | below 3000 (hexadecimal) | a node of the top, by index |
-/// | 15 = 1 | a [`Ref`] by bits 0–14; its `node` holds the bits of a [`Child`] of its block, a node or a leaf |
-/// | others | empty |
+/// | below 7fffffff (hexadecimal) | [`ExpandedChild::Node`] |
+/// | 7fffffff | empty |
+/// | 31, 30 = 1, 0 | [`ExpandedChild::Leaf`]: bits 0–13 are those of the child, 14–29 the block |
+/// | 31, 30 = 1, 1 | [`ExpandedChild::Ref`] by bits 0–29 |
 ///
 /// Hits are the same with it and without, for the boxes are: see [`BoxFrame`](crate::trace::BoxFrame).
 ///
@@ -48,16 +63,57 @@ pub struct ExpandedTop<'a> {
     refs: &'a [Ref],
 }
 
-/// In the child of an [`ExpandedNode`]: it is a reference.
-const REF: u16 = 1 << 15;
-/// References that a node adds at most: it takes the place of one, and may bring eight.
-const ADDED: usize = 7;
+/// In the bits of a child: it is a reference.
+const REF: u32 = 0b11 << 30;
+/// It is a leaf.
+const LEAF: u32 = 0b10 << 30;
+/// The bits of a leaf in its block, beside the one that says so.
+const LEAF_BITS: u16 = 0x3fff;
+/// The bit of a leaf in its block that says so.
+const LEAF_BIT: u16 = Child::Leaf { first: 0, count: 1 }.encode();
+
+impl ExpandedChild {
+    /// Leaves of blocks from this number on are references.
+    pub const LEAF_BLOCKS: u32 = 1 << 16;
+
+    /// Its bits.
+    #[must_use]
+    pub const fn encode(self) -> u32 {
+        match self {
+            Self::Empty => ExpandedTop::EMPTY,
+            Self::Node(index) => index,
+            Self::Leaf { block, bits } => {
+                LEAF | (block & (Self::LEAF_BLOCKS - 1)) << 14 | (bits & LEAF_BITS) as u32
+            }
+            Self::Ref(index) => REF | index & !REF,
+        }
+    }
+}
+
+impl ExpandedNode {
+    /// A node of a block in scene coordinates, with the children that it is to have, by slot.
+    #[must_use]
+    pub fn of(view: &BlockView<'_>, node: &Node, child: [ExpandedChild; 8]) -> Self {
+        let BlockHeader { origin, scale, .. } = *view.header();
+        let child = child.map(ExpandedChild::encode);
+        let mut to = Self { child, order: node.order, ..Self::zeroed() };
+        for (to, from) in [(&mut to.lo, &node.lo), (&mut to.hi, &node.hi)] {
+            for (((to, from), origin), scale) in to.iter_mut().zip(from).zip(origin).zip(scale) {
+                for (to, &q) in to.iter_mut().zip(from) {
+                    // Exact: see `format`.
+                    *to = origin + scale * f32::from(q);
+                }
+            }
+        }
+        to
+    }
+}
 
 impl<'a> ExpandedTop<'a> {
     /// None: a traversal begins in the first block.
     pub const NONE: Self = Self { nodes: &[], refs: &[] };
-    /// More nodes than this are not used.
-    pub const NODES_MAX: usize = (REF as usize - 1) / ADDED;
+    /// The bits of no child.
+    pub const EMPTY: u32 = LEAF - 1;
     /// The frame of its boxes.
     pub const FRAME: BlockHeader = BlockHeader { scale: [1.0; 3], ..NO_HEADER };
 
@@ -65,43 +121,6 @@ impl<'a> ExpandedTop<'a> {
     #[must_use]
     pub const fn new(nodes: &'a [ExpandedNode], refs: &'a [Ref]) -> Self {
         Self { nodes, refs }
-    }
-
-    /// So many references so many nodes have at most.
-    #[must_use]
-    pub const fn refs_of(nodes: usize) -> usize {
-        nodes.saturating_mul(ADDED).saturating_add(1)
-    }
-
-    /// Decodes the upper levels of the tree of a source, level by level, as many nodes as there is room for.
-    ///
-    /// # Errors
-    /// Those of the source.
-    pub fn grow<S: BlockSource>(
-        source: &mut S,
-        nodes: &'a mut [ExpandedNode],
-        refs: &'a mut [Ref],
-    ) -> Result<Self, S::Error> {
-        let room = nodes.len().min(refs.len().saturating_sub(1) / ADDED).min(Self::NODES_MAX);
-        let mut grown =
-            Growing { nodes: nodes.get_mut(..room).unwrap_or_default(), refs, len: (0, 0) };
-        let _ = grown.push_node(0, 0);
-        let mut index = 0;
-        while let Some(&ExpandedNode { block, node, .. }) =
-            grown.nodes.get(..grown.len.0).and_then(|nodes| nodes.get(index))
-        {
-            let view = source.block(block)?;
-            let expanded = view.node(node).map(|node| grown.expanded(&view, node));
-            if let (Some(place), Some(expanded)) = (grown.nodes.get_mut(index), expanded) {
-                *place = ExpandedNode { block, node, ..expanded };
-            }
-            index += 1;
-        }
-        let Growing { nodes, refs, len } = grown;
-        Ok(Self {
-            nodes: nodes.get(..len.0).unwrap_or_default(),
-            refs: refs.get(..len.1).unwrap_or_default(),
-        })
     }
 
     /// Whether there is none.
@@ -117,12 +136,6 @@ impl<'a> ExpandedTop<'a> {
         self.nodes
     }
 
-    /// Its references.
-    #[must_use]
-    pub const fn refs(&self) -> &'a [Ref] {
-        self.refs
-    }
-
     /// What it takes \[bytes\].
     #[must_use]
     pub const fn bytes(&self) -> usize {
@@ -131,76 +144,25 @@ impl<'a> ExpandedTop<'a> {
 
     /// The node that a child is.
     #[inline(always)]
-    pub(crate) fn node(&self, child: u16) -> Option<&'a ExpandedNode> {
-        self.nodes.get(usize::from(child))
+    pub(crate) fn node(&self, child: u32) -> Option<&'a ExpandedNode> {
+        self.nodes.get(child as usize)
+    }
+
+    /// The block of the leaf that a child is, and its bits there.
+    #[inline(always)]
+    pub(crate) const fn leaf(child: u32) -> Option<(u32, u16)> {
+        if child & REF == LEAF {
+            let block = child >> 14 & (ExpandedChild::LEAF_BLOCKS - 1);
+            Some((block, LEAF_BIT | child as u16 & LEAF_BITS))
+        } else {
+            None
+        }
     }
 
     /// The reference that a child is.
     #[inline(always)]
-    pub(crate) fn reference(&self, child: u16) -> Option<Ref> {
-        self.refs.get(usize::from(child & !REF)).copied()
-    }
-
-    /// Whether a child is a reference.
-    #[inline(always)]
-    pub(crate) const fn is_ref(child: u16) -> bool {
-        child & REF != 0
-    }
-}
-
-/// A top that is made.
-struct Growing<'a> {
-    nodes: &'a mut [ExpandedNode],
-    refs: &'a mut [Ref],
-    /// How many there are of both.
-    len: (usize, usize),
-}
-
-impl Growing<'_> {
-    /// A node of a block in scene coordinates, its children queued as nodes of the top while there is room.
-    fn expanded(&mut self, view: &BlockView<'_>, node: &Node) -> ExpandedNode {
-        let BlockHeader { origin, scale, .. } = *view.header();
-        let mut to = ExpandedNode { axes: node.axis_code(), ..ExpandedNode::zeroed() };
-        for (to, from) in [(&mut to.lo, &node.lo), (&mut to.hi, &node.hi)] {
-            for (((to, from), origin), scale) in to.iter_mut().zip(from).zip(origin).zip(scale) {
-                for (to, &q) in to.iter_mut().zip(from) {
-                    // Exact: see `format`.
-                    *to = origin + scale * f32::from(q);
-                }
-            }
-        }
-        for (to, &bits) in to.child.iter_mut().zip(&node.child) {
-            *to = self.child(view, Child::decode(bits));
-        }
-        to
-    }
-
-    fn child(&mut self, view: &BlockView<'_>, child: Child) -> u16 {
-        let to = match child {
-            Child::Empty => None,
-            Child::Leaf { .. } => self.push_ref(view.number(), child),
-            Child::Node(node) => self.push(view.number(), node),
-            Child::Ref(index) => view.reference(index).and_then(|to| self.push(to.block, to.node)),
-        };
-        to.unwrap_or(Child::Empty.encode())
-    }
-
-    fn push(&mut self, block: u32, node: u16) -> Option<u16> {
-        self.push_node(block, node).or_else(|| self.push_ref(block, Child::Node(node)))
-    }
-
-    fn push_node(&mut self, block: u32, node: u16) -> Option<u16> {
-        let index = self.len.0;
-        *self.nodes.get_mut(index)? = ExpandedNode { block, node, ..ExpandedNode::zeroed() };
-        self.len.0 += 1;
-        Some(index as u16)
-    }
-
-    fn push_ref(&mut self, block: u32, child: Child) -> Option<u16> {
-        let index = self.len.1;
-        *self.refs.get_mut(index)? = Ref { block, node: child.encode(), _zero: 0 };
-        self.len.1 += 1;
-        Some(REF | index as u16)
+    pub(crate) fn reference(&self, child: u32) -> Option<Ref> {
+        self.refs.get(child.checked_sub(REF)? as usize).copied()
     }
 }
 
@@ -233,4 +195,3 @@ impl BlockSource for Expanded<'_> {
 }
 
 const _: () = assert!(size_of::<ExpandedNode>() == 256, "an index is shifted, not multiplied");
-const _: () = assert!(ExpandedTop::NODES_MAX <= Child::Empty.encode() as usize);

@@ -7,7 +7,7 @@
 //! | part | length | begins at |
 //! | --- | --- | --- |
 //! | [`BlockHeader`] | 64 | 0 |
-//! | [`Node`]s | 112 × `nodes` | 64 |
+//! | [`Node`]s | 128 × `nodes` | 64 |
 //! | [`Record`]s | 16 × `records` | behind the nodes, a multiple of 16 |
 //! | vertices, three `f32` each | 12 × `vertices` | behind the records, a multiple of 16 |
 //! | shading normals, a [code](super::octahedral) for each vertex; only with [`FLAG_NORMALS`] | 4 × `vertices` | behind the vertices |
@@ -27,17 +27,16 @@
 //!
 //! # Slots
 //!
-//! The eight slots of a [`Node`] are octants. Three split axes `a0, a1, a2` belong to a node (an
-//! axis may come more than once, and the planes of the two halves may differ); slot bit 2 is the
-//! side of `a0`, bit 1 of `a1`, bit 0 of `a2`; a set bit is the upper side. Visiting slots in the
-//! order `k ^ flip`, `k = 0..8`, with `flip` the bits whose axis the ray descends, is front to
-//! back.
+//! A [`Node`] has up to eight slots, in any order, and says in which order rays visit them: `order[i]` is for rays that descend the axes of
+//! the bits of `i` (bit 0 x, bit 1 y) and not z; bits `3 k` to `3 k + 2` are the slot that is visited `k`th, and bits 24 to 31 zero. Rays
+//! of the opposite signs visit them in the opposite order, so four words serve eight octants of directions. An order may be any permutation:
+//! the compiler's is front to back.
 //!
 //! A child is 16 bits:
 //!
 //! | bits | meaning |
 //! | --- | --- |
-//! | 15 | one of six bits of the split axes: slots 0, 1 hold `a0` (low bit first), 2, 3 `a1`, 4, 5 `a2`; zero in slots 6 and 7 |
+//! | 15 | zero |
 //! | 14 = 1 | leaf: bits 0–11 the first record, bits 12–13 the number of records less one |
 //! | 14 = 0, 13–12 = 00 | node of this block: bits 0–11 its index |
 //! | 14 = 0, 13–12 = 01 | reference: bits 0–11 the index of a [`Ref`] |
@@ -66,7 +65,7 @@ use bytemuck::{Pod, Zeroable};
 /// The first four bytes of a file.
 pub const MAGIC: [u8; 4] = *b"KILO";
 /// The version of this layout. A reader refuses any other.
-pub const VERSION: u32 = 1;
+pub const VERSION: u32 = 2;
 /// Least size of a block.
 pub const BLOCK_BYTES_MIN: usize = 1 << 10;
 /// Greatest size of a block.
@@ -113,7 +112,7 @@ pub struct BlockHeader {
     pub _zero: [u16; 9],
 }
 
-/// An inner node: eight octants.
+/// An inner node: up to eight children.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Node {
@@ -123,6 +122,8 @@ pub struct Node {
     pub hi: [[u16; 8]; 3],
     /// What is below, by slot.
     pub child: [u16; 8],
+    /// In which order slots are visited: see [the slots of a node](self#slots).
+    pub order: [u32; 4],
 }
 
 /// Up to four primitives of one material.
@@ -168,7 +169,10 @@ pub enum Child {
 }
 
 impl Child {
-    /// Decodes 16 bits; the axis bit is ignored, and what is undefined is empty.
+    /// The bits of no child.
+    pub const EMPTY: u16 = Self::Empty.encode();
+
+    /// Decodes 16 bits; bit 15 is ignored, and what is undefined is empty.
     #[inline(always)]
     #[must_use]
     pub const fn decode(bits: u16) -> Self {
@@ -184,7 +188,7 @@ impl Child {
         }
     }
 
-    /// The 16 bits, without the axis bit.
+    /// The 16 bits.
     #[must_use]
     pub const fn encode(self) -> u16 {
         match self {
@@ -199,33 +203,38 @@ impl Child {
 }
 
 impl Node {
-    /// A node without children, split by x, y, z.
-    pub const EMPTY: Self =
-        Self { lo: [[u16::MAX; 8]; 3], hi: [[0; 8]; 3], child: [Child::Empty.encode(); 8] };
+    /// A node without children.
+    pub const EMPTY: Self = Self {
+        lo: [[u16::MAX; 8]; 3],
+        hi: [[0; 8]; 3],
+        child: [Child::EMPTY; 8],
+        order: [order_of([0, 1, 2, 3, 4, 5, 6, 7]); 4],
+    };
+}
 
-    /// Writes the three split axes into the top bits of the slots.
-    pub fn set_axes(&mut self, axes: [u8; 3]) {
-        for (slot, child) in self.child.iter_mut().enumerate() {
-            let axis = axes.get(slot / 2).copied().unwrap_or(0);
-            *child = *child & 0x7fff | u16::from(axis >> (slot % 2) & 1) << 15;
-        }
-    }
+/// The word of [`Node::order`] for slots that are visited in this order.
+#[must_use]
+pub const fn order_of(slots: [u8; 8]) -> u32 {
+    let [a, b, c, d, e, f, g, h] = slots;
+    let low =
+        (a & 7) as u32 | ((b & 7) as u32) << 3 | ((c & 7) as u32) << 6 | ((d & 7) as u32) << 9;
+    let high =
+        (e & 7) as u32 | ((f & 7) as u32) << 3 | ((g & 7) as u32) << 6 | ((h & 7) as u32) << 9;
+    low | high << 12
+}
 
-    /// The axis bits of the first six slots, slot 0 lowest.
-    #[inline(always)]
-    #[must_use]
-    pub const fn axis_code(&self) -> u8 {
-        let [c0, c1, c2, c3, c4, c5, ..] = self.child;
-        let code = c0 >> 15 | c1 >> 15 << 1 | c2 >> 15 << 2 | c3 >> 15 << 3 | c4 >> 15 << 4;
-        (code | c5 >> 15 << 5) as u8
+/// Whether a word of [`Node::order`] names each slot once, and nothing else.
+#[must_use]
+pub const fn is_order(word: u32) -> bool {
+    let mut named = 0_u32;
+    let mut rest = word;
+    let mut place = 0;
+    while place < 8 {
+        named |= 1 << (rest & 7);
+        rest >>= 3;
+        place += 1;
     }
-
-    /// The three split axes, 0 to 2 each; an undefined code reads as z.
-    #[must_use]
-    pub fn axes(&self) -> [u8; 3] {
-        let [b0, b1, b2, b3, b4, b5, ..] = self.child.map(|c| (c >> 15) as u8);
-        [(b0 | b1 << 1).min(2), (b2 | b3 << 1).min(2), (b4 | b5 << 1).min(2)]
-    }
+    named == 0xff && rest == 0
 }
 
 /// The first bytes of a file.
@@ -278,7 +287,7 @@ pub struct Section {
 
 const _: () = {
     assert!(size_of::<BlockHeader>() == 64);
-    assert!(size_of::<Node>() == 112);
+    assert!(size_of::<Node>() == 128);
     assert!(size_of::<Record>() == 16);
     assert!(size_of::<Ref>() == 8);
     assert!(size_of::<FileHeader>().is_multiple_of(8));
@@ -307,12 +316,15 @@ mod tests {
     }
 
     #[test]
-    fn axes_lie_in_the_top_bits_of_the_slots() {
-        let mut node = Node::EMPTY;
-        assert_eq!(node.axes(), [0, 0, 0]);
-        for (slot, bit) in [(0, 0), (1, 1), (2, 1), (3, 0), (4, 0), (5, 0)] {
-            node.child[slot] |= bit << 15;
+    fn an_order_names_each_slot_once() {
+        let slots = [3, 1, 7, 0, 2, 6, 5, 4];
+        let word = order_of(slots);
+        assert!(is_order(word));
+        for (place, &slot) in slots.iter().enumerate() {
+            assert_eq!(word >> (3 * place) & 7, u32::from(slot));
+            // One place names another slot.
+            assert!(!is_order(word ^ 1 << (3 * place)));
         }
-        assert_eq!(node.axes(), [2, 1, 0]);
+        assert!(!is_order(word | 1 << 24) && !is_order(0));
     }
 }

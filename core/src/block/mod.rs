@@ -15,11 +15,11 @@ mod tables;
 mod view;
 
 pub use error::BlockError;
-pub use expanded::{Expanded, ExpandedNode, ExpandedTop};
+pub use expanded::{Expanded, ExpandedChild, ExpandedNode, ExpandedTop};
 pub use file::{FileError, KiloView, Table};
 pub use source::{BlockSource, NoBlock};
 pub(crate) use view::NO_HEADER;
-pub use view::{BlockLimits, BlockView, checksum};
+pub use view::{BlockLimits, BlockView, Vertices, checksum};
 
 /// Whether this build has spheres; without them a block that holds one is refused.
 pub const SPHERES: bool = cfg!(feature = "sphere");

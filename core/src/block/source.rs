@@ -26,7 +26,8 @@ pub trait BlockSource {
         false
     }
 
-    /// The top of the tree, if it is here a second time, expanded. It must be that of the blocks.
+    /// The top of the tree, if it is here a second time, expanded. It must be that of the blocks, and only a source that
+    /// [holds all](Self::holds_all) of them is asked for it: a traversal stops at no block below it.
     #[inline(always)]
     fn top(&self) -> ExpandedTop<'_> {
         ExpandedTop::NONE

@@ -18,6 +18,38 @@ pub struct BlockView<'a> {
     vertices_at: usize,
 }
 
+/// The vertices of a block, as numbers, for lanes that load them: vertex `i` is words `3 i` to `3 i + 2`.
+///
+/// # Invariants
+/// Word `3 i + 3` exists as well for each vertex `i` below [`count`](Self::count), whatever the block.
+#[derive(Debug, Clone, Copy)]
+pub struct Vertices<'a> {
+    words: &'a [f32],
+    count: usize,
+}
+
+impl<'a> Vertices<'a> {
+    /// The words of vertices, of which there are so many if the words are enough.
+    #[inline(always)]
+    fn new(words: &'a [f32], count: usize) -> Self {
+        Self { words, count: if 3 * count < words.len() { count } else { 0 } }
+    }
+
+    /// How many there are.
+    #[inline(always)]
+    #[must_use]
+    pub const fn count(&self) -> usize {
+        self.count
+    }
+
+    /// All words from the first vertex on.
+    #[inline(always)]
+    #[must_use]
+    pub const fn words(&self) -> &'a [f32] {
+        self.words
+    }
+}
+
 /// What a block is checked against.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct BlockLimits {
@@ -163,18 +195,31 @@ impl<'a> BlockView<'a> {
         self.quads.get(self.records_at + usize::from(index)).map(bytemuck::cast_ref)
     }
 
+    /// So many records from an index on; none if they are not all there.
+    #[inline(always)]
+    #[must_use]
+    pub fn leaf(&self, first: u16, count: u16) -> &'a [Record] {
+        let from = self.records_at + usize::from(first);
+        bytemuck::cast_slice(self.quads.get(from..from + usize::from(count)).unwrap_or_default())
+    }
+
     /// All records.
     #[must_use]
     pub fn records(&self) -> &'a [Record] {
         self.part(self.records_at * 16, usize::from(self.header.records))
     }
 
-    /// All bytes from the first vertex to the end of the block, as `f32`: vertex `i` is words
-    /// `3 i` to `3 i + 2`, and in a block that was accepted word `3 i + 3` exists as well.
+    /// All bytes from the first vertex to the end of the block, as `f32`: vertex `i` is words `3 i` to `3 i + 2`.
+    #[inline(always)]
+    fn vertex_words(&self) -> &'a [f32] {
+        bytemuck::cast_slice(self.quads.get(self.vertices_at..).unwrap_or_default())
+    }
+
+    /// All vertices, to be loaded as numbers.
     #[inline(always)]
     #[must_use]
-    pub fn vertex_words(&self) -> &'a [f32] {
-        bytemuck::cast_slice(self.quads.get(self.vertices_at..).unwrap_or_default())
+    pub fn vertex_numbers(&self) -> Vertices<'a> {
+        Vertices::new(self.vertex_words(), usize::from(self.header.vertices))
     }
 
     /// All vertices.

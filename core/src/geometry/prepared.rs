@@ -12,22 +12,25 @@ use glam::Vec3;
 /// or a direction whose greatest component is outside [`DIRECTION_MIN`](Self::DIRECTION_MIN) to
 /// [`DIRECTION_MAX`](Self::DIRECTION_MAX).
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[repr(C)]
 pub struct PreparedRay {
     /// The ray's origin.
     pub origin: Vec3,
     /// The ray's direction, as given.
     pub direction: Vec3,
-    /// `1 / d` per axis, `d` the clamped direction of step 1; never zero, infinite or NaN.
-    pub inv: Vec3,
-    /// The axis `kz` of the direction's component of greatest magnitude, 0 to 2; the least axis
-    /// among equals. `kx` and `ky` are the two that follow it in the cycle x, y, z.
-    pub axis: u8,
-    /// `[d[kx] / d[kz], d[ky] / d[kz], 1 / d[kz]]`, of the ray's direction as given.
-    pub shear: [f32; 3],
     /// Least accepted `t`: the ray's, at least 0.
     pub t_min: f32,
     /// Greatest accepted `t`: the ray's, at most `f32::MAX`. A search for the closest hit lowers it.
     pub t_max: f32,
+    /// `1 / d` per axis, `d` the clamped direction of step 1; never zero, infinite or NaN.
+    pub inv: Vec3,
+    /// `[d[kx] / d[kz], d[ky] / d[kz], 1 / d[kz]]`, of the ray's direction as given.
+    pub shear: [f32; 3],
+    /// The axis `kz` of the direction's component of greatest magnitude, 0 to 2; the least axis
+    /// among equals. `kx` and `ky` are the two that follow it in the cycle x, y, z.
+    pub axis: u8,
+    /// Bit `a`: the ray descends axis `a`, or has a component of -0 there; the sign of `inv`.
+    pub signs: u8,
 }
 
 impl PreparedRay {
@@ -40,10 +43,17 @@ impl PreparedRay {
     /// The pad of an own box is this part, `16 u`, of its greatest distance from the origin.
     pub const PAD: f32 = 16.0 * UNIT_ROUNDOFF;
 
-    /// Prepares a ray.
+    /// Prepares a ray. One that can hit nothing is [`NONE`](Self::NONE).
     #[inline(always)]
     #[must_use]
     pub fn new(ray: &Ray) -> Self {
+        Self::of(ray).unwrap_or(Self::NONE)
+    }
+
+    /// Prepares a ray, unless its numbers are none of a ray's.
+    #[inline(always)]
+    #[must_use]
+    pub fn of(ray: &Ray) -> Option<Self> {
         let a = ray.direction.abs();
         // Without branches: no one foresees the axes of rays that go anywhere.
         let (is_x, is_y) = ((a.x >= a.y) & (a.x >= a.z), a.y >= a.z);
@@ -58,33 +68,35 @@ impl PreparedRay {
             && !ray.t_min.is_nan()
             && !ray.t_max.is_nan();
         if !valid {
-            return Self::NONE;
+            return None;
         }
         let least = greatest * Self::CLAMP;
-        Self {
+        Some(Self {
             origin: ray.origin,
             direction: ray.direction,
-            inv: Vec3::new(
-                1.0 / clamp(ray.direction.x, least),
-                1.0 / clamp(ray.direction.y, least),
-                1.0 / clamp(ray.direction.z, least),
-            ),
-            axis,
-            shear: [x / z, y / z, 1.0 / z],
             t_min: max(ray.t_min, 0.0),
             t_max: min(ray.t_max, f32::MAX),
-        }
+            inv: Vec3::new(
+                1.0 / clamp(d.x, least),
+                1.0 / clamp(d.y, least),
+                1.0 / clamp(d.z, least),
+            ),
+            shear: [x / z, y / z, 1.0 / z],
+            axis,
+            signs: sign(d.x) | sign(d.y) << 1 | sign(d.z) << 2,
+        })
     }
 
     /// A ray that hits nothing.
     pub const NONE: Self = Self {
         origin: Vec3::ZERO,
         direction: Vec3::Z,
-        inv: Vec3::ONE,
-        axis: 2,
-        shear: [0.0, 0.0, 1.0],
         t_min: f32::INFINITY,
         t_max: f32::NEG_INFINITY,
+        inv: Vec3::ONE,
+        shear: [0.0, 0.0, 1.0],
+        axis: 2,
+        signs: 0,
     };
 
     /// Whether it can hit nothing at all.
@@ -161,6 +173,12 @@ fn permute(v: Vec3, axis: u8) -> (f32, f32, f32) {
 fn select(first: bool, a: f32, b: f32) -> f32 {
     let mask = u32::from(first).wrapping_neg();
     f32::from_bits(a.to_bits() & mask | b.to_bits() & !mask)
+}
+
+/// The sign bit.
+#[inline(always)]
+fn sign(x: f32) -> u8 {
+    (x.to_bits() >> 31) as u8
 }
 
 #[inline(always)]

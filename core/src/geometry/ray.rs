@@ -4,6 +4,7 @@ use glam::Vec3;
 ///
 /// `direction` need not have unit length; `t` is in units of it.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[repr(C)]
 pub struct Ray {
     /// Where it starts, in scene coordinates.
     pub origin: Vec3,

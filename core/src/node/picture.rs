@@ -2,7 +2,7 @@
 use super::Ends;
 use super::{Lit, Missing, Traced, Work, World};
 use crate::block::{BlockLimits, BlockSource, BlockView};
-use crate::geometry::{Aabb, Hit, PreparedRay, Pyramid, Ray};
+use crate::geometry::{Aabb, Hit, Pyramid, Ray};
 use crate::material::OpticalDepth;
 use crate::path::PathKey;
 #[cfg(feature = "bundles")]
@@ -159,16 +159,16 @@ enum Asked<'a> {
 
 impl Query for Asked<'_> {
     #[inline(always)]
-    fn shorten(&self, ray: &mut PreparedRay) {
+    fn shorten(&self, t_max: &mut f32) {
         if let Self::Closest(best) = self {
-            best.shorten(ray);
+            best.shorten(t_max);
         }
     }
 
     #[inline(always)]
-    fn hit(&mut self, prepared: &mut PreparedRay, t: f32, hit: &impl Whole) -> bool {
+    fn hit(&mut self, t_max: &mut f32, t: f32, hit: &impl Whole) -> bool {
         match self {
-            Self::Closest(best) => best.hit(prepared, t, hit),
+            Self::Closest(best) => best.hit(t_max, t, hit),
             Self::Depth(sum, Some(materials), ray) if cfg!(feature = "transparent") => {
                 sum.cross(materials, ray, &hit.whole())
             }

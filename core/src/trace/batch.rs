@@ -5,15 +5,16 @@
 //! taking 4, 8 or 16 of them in waves, all that visit a node, then all that test a leaf and so on, without a branch that waits for
 //! the step before it: nothing waits any more, but the steps take a quarter more instructions, and the processor does no more of them at once.)
 
-use super::code::{EMPTY, INDEX, is_leaf, is_node, is_ref};
-use super::cursor::{Cursor, Levels, Place, TraceError};
+use super::code::{INDEX, is_leaf, is_node, is_ref};
+use super::cursor::{Cursor, TraceError};
 use super::group::Crossings;
 use super::lanes::Lanes;
 use super::leaf::leaf;
-use super::octant::{Octants, first_octants};
 use super::query::Query;
+use super::stack::{Next, Stack};
 use super::tracer::Search;
-use super::visit::{take, visit};
+use super::turn::Turn;
+use super::walk::Run;
 use crate::block::{BlockSource, NO_HEADER};
 use crate::geometry::{PreparedRay, Ray};
 
@@ -23,7 +24,7 @@ pub const FLIGHTS: usize = 8;
 /// Room for the rays in flight of a batch: 19 KiB.
 #[derive(Debug, Clone)]
 pub struct Batch {
-    levels: [Levels; FLIGHTS],
+    stacks: [Stack; FLIGHTS],
     pub(super) single: Cursor,
 }
 
@@ -37,7 +38,7 @@ impl Batch {
     /// Room for batches.
     #[must_use]
     pub const fn new() -> Self {
-        Self { levels: [const { Levels::new() }; FLIGHTS], single: Cursor::new() }
+        Self { stacks: [const { Stack::new() }; FLIGHTS], single: Cursor::new() }
     }
 }
 
@@ -66,9 +67,9 @@ struct Flight<L: Lanes> {
     /// It has a ray.
     flying: bool,
     index: usize,
-    at: Place,
     ray: PreparedRay,
-    octants: &'static Octants,
+    run: Run,
+    turn: Turn,
     prepared: L::Ray,
     /// In the frame of the block `framed`.
     frame: L::Frame,
@@ -98,30 +99,30 @@ fn fly<L: Lanes, S: BlockSource, Q: Query>(
     let mut flights = [(); FLIGHTS].map(|()| Flight {
         flying: false,
         index: 0,
-        at: Place::ROOT,
         ray: none,
-        octants: first_octants(&none),
+        run: Run::new(&none, false),
+        turn: Turn::of(&none),
         prepared,
         frame,
         framed: u32::MAX,
     });
-    let mut crossings = Crossings::default();
+    let mut crossings = Crossings::NONE;
     let mut flying = 0;
-    for (flight, levels) in flights.iter_mut().zip(&mut room.levels) {
-        flying += usize::from(launch(lanes, flight, levels, &mut queue));
+    for flight in &mut flights {
+        flying += usize::from(launch(lanes, flight, &mut queue));
     }
     // One block after the other, each for as many rays as want it.
     while flying > 0 {
-        let block = flights.iter().find(|f| f.flying).map_or(0, |f| f.at.block);
-        for (flight, levels) in flights.iter_mut().zip(&mut room.levels) {
-            while flight.flying && flight.at.block == block {
-                match step(lanes, source, flight, levels, &mut crossings, queries)? {
+        let block = flights.iter().find(|f| f.flying).map_or(0, |f| f.run.at.block);
+        for (flight, stack) in flights.iter_mut().zip(&mut room.stacks) {
+            while flight.flying && flight.run.at.block == block {
+                match step(lanes, source, flight, stack, &mut crossings, queries)? {
                     Step::Going => {}
                     Step::Landed => {
-                        flying -= usize::from(!launch(lanes, flight, levels, &mut queue));
+                        flying -= usize::from(!launch(lanes, flight, &mut queue));
                     }
                     Step::Corrupt => {
-                        return Err(TraceError::Corrupt { block: flight.at.block });
+                        return Err(TraceError::Corrupt { block: flight.run.at.block });
                     }
                 }
             }
@@ -135,7 +136,6 @@ fn fly<L: Lanes, S: BlockSource, Q: Query>(
 fn launch<'r, L: Lanes>(
     lanes: L,
     flight: &mut Flight<L>,
-    levels: &mut Levels,
     queue: &mut impl Iterator<Item = (usize, &'r Ray)>,
 ) -> bool {
     for (index, ray) in queue {
@@ -143,12 +143,11 @@ fn launch<'r, L: Lanes>(
         if ray.is_none() {
             continue;
         }
-        levels.live = 0;
         flight.flying = true;
         flight.index = index;
-        flight.at = Place::ROOT;
-        flight.octants = first_octants(&ray);
+        flight.turn = Turn::of(&ray);
         flight.prepared = lanes.ray(&ray);
+        flight.run = Run::new(&ray, false);
         flight.ray = ray;
         flight.framed = u32::MAX;
         return true;
@@ -163,40 +162,40 @@ fn step<L: Lanes, S: BlockSource, Q: Query>(
     lanes: L,
     source: &mut S,
     flight: &mut Flight<L>,
-    levels: &mut Levels,
+    stack: &mut Stack,
     crossings: &mut Crossings,
     queries: &mut [Q],
 ) -> Result<Step, TraceError<S::Error>> {
-    let view = source.block(flight.at.block).map_err(TraceError::Source)?;
-    let at = &mut flight.at;
-    let child = at.child;
-    let mut next = EMPTY;
+    let view = source.block(flight.run.at.block).map_err(TraceError::Source)?;
+    let Run { t_min, t_max, at, height, .. } = &mut flight.run;
+    let child = at.child();
     if is_node(child) {
         if flight.framed != at.block {
             flight.frame = lanes.frame(&flight.prepared, view.header());
             flight.framed = at.block;
         }
         let Some(node) = view.node(child & INDEX) else { return Ok(Step::Corrupt) };
-        if at.spent() {
+        let (false, Some(places)) = (at.spent(), stack.places(height)) else {
             return Ok(Step::Corrupt);
+        };
+        let span = (*t_min, *t_max);
+        let met = lanes.visit(&flight.frame, node, flight.turn, span, at.entry.tag(), places);
+        if met.count > 0 {
+            stack.descend(height, at, met);
+            return Ok(Step::Going);
         }
-        next = visit(lanes, &flight.frame, node, at, levels, &flight.ray, flight.octants);
-        at.depth += 1;
     } else if is_leaf(child) {
         let Some(query) = queries.get_mut(flight.index) else { return Ok(Step::Corrupt) };
-        if leaf(lanes, &view, child, &flight.prepared, crossings, &mut flight.ray, query) {
+        let ray = &mut flight.ray;
+        if leaf(lanes, &view, child, &flight.prepared, crossings, ray, t_max, query) {
             return Ok(Step::Landed);
         }
     } else if is_ref(child) {
-        let Some(to) = view.reference(child & INDEX) else { return Ok(Step::Corrupt) };
-        at.enter(to);
-        return Ok(Step::Going);
+        let sound = flight.run.follow(&view, stack);
+        return Ok(if sound { Step::Going } else { Step::Corrupt });
     }
-    if next != EMPTY {
-        at.child = next;
-        return Ok(Step::Going);
+    match stack.next(height, at, *t_max) {
+        Next::Nowhere => Ok(Step::Landed),
+        Next::Here | Next::Elsewhere => Ok(Step::Going),
     }
-    let Some(taken) = take(levels, flight.ray.t_max) else { return Ok(Step::Landed) };
-    at.follow(&taken);
-    Ok(Step::Going)
 }

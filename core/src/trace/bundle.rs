@@ -3,10 +3,10 @@
 use super::beam::Beam;
 use super::cursor::{Cursor, TraceError, Visited};
 use super::frame::BoxRay;
-use super::group::{GROUP, Group};
+use super::group::{Crossings, GROUP, Group};
 use super::lanes::Lanes;
 use super::query::Query;
-use super::together::{Stack, together};
+use super::together::{Room, Stack, together};
 use super::tracer::Search;
 use super::trail::Trail;
 use super::walk::Single;
@@ -29,6 +29,7 @@ pub struct Bundle {
     pub(super) rays: Rays,
     pub(super) stack: Stack,
     stops: Stops,
+    crossings: Crossings,
     visited: BundleVisited,
     single: Cursor,
 }
@@ -104,6 +105,7 @@ impl Bundle {
             },
             stack: Stack::new(),
             stops: Stops { stopped: 0, trails: [Trail::START; BUNDLE] },
+            crossings: Crossings::NONE,
             visited: BundleVisited::NONE,
             single: Cursor::new(),
         }
@@ -157,12 +159,13 @@ impl Search for Together {
         rays: &[Ray],
         queries: &mut [Q],
     ) -> Result<(), TraceError<S::Error>> {
-        let Bundle { rays: bundle, stack, stops, visited, single } = room;
+        let Bundle { rays: bundle, stack, stops, crossings, visited, single } = room;
         stops.stopped = 0;
         let mut lacks = Ok(());
         let mut left = bundle.prepare(rays);
         while bundle.coherent(&mut left) {
-            let lacked = together(lanes, bundle, stack, stops, visited, source, queries)?;
+            let room = Room { stack: &mut *stack, stops: &mut *stops, crossings: &mut *crossings };
+            let lacked = together(lanes, bundle, room, visited, source, queries)?;
             lacks = lacks.and(lacked);
         }
         while left.alone != 0 {
@@ -194,9 +197,7 @@ struct Left {
 /// Signs and greatest axis: rays of a bundle have them in common.
 #[inline(always)]
 fn kind(ray: &PreparedRay) -> u8 {
-    // `inv` is never zero.
-    let sign = |x: f32| (x.to_bits() >> 31) as u8;
-    sign(ray.inv.x) | sign(ray.inv.y) << 1 | sign(ray.inv.z) << 2 | ray.axis << 3
+    ray.signs | ray.axis << 3
 }
 
 impl Rays {

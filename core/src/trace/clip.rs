@@ -1,6 +1,7 @@
 //! Which blocks a bundle of rays may touch, found before it is traced.
 
 use super::cursor::TraceError;
+use super::turn::Turn;
 use crate::block::format::{Child, DEPTH_MAX, Node, RECORD_SPHERES, Record};
 use crate::block::{BlockSource, BlockView};
 use crate::geometry::{Planes, Primitive, Pyramid};
@@ -209,7 +210,7 @@ impl<'w> Clip<'w> {
     /// Visits what the bundle may touch below an entry, depth first, front to back.
     fn walk(&mut self, view: &BlockView<'_>, entry: &ClipEntry, found: &mut Found) -> Option<()> {
         let frame = Frame::new(view, &self.pyramid);
-        let direction = self.pyramid.direction();
+        let turn = Turn::along(self.pyramid.direction());
         let mut levels = [Level { node: entry.node, next: 0, planes: entry.planes }; DEPTH_MAX];
         let mut depth = 0_usize;
         loop {
@@ -222,7 +223,7 @@ impl<'w> Clip<'w> {
                 }
                 continue;
             }
-            let slot = level.next ^ flip(node, direction);
+            let slot = turn.slot(turn.of_node(&node.order), u32::from(level.next)) as u8;
             level.next += 1;
             let child = Child::decode(*node.child.get(usize::from(slot))?);
             if child == Child::Empty {
@@ -361,16 +362,6 @@ impl Frame {
         };
         Some((corner(&node.lo)?, corner(&node.hi)?))
     }
-}
-
-/// The bits of a slot whose axis the direction descends.
-fn flip(node: &Node, direction: Vec3) -> u8 {
-    let [a0, a1, a2] = node.axes().map(|axis| match axis {
-        0 => u8::from(direction.x < 0.0),
-        1 => u8::from(direction.y < 0.0),
-        _ => u8::from(direction.z < 0.0),
-    });
-    a0 << 2 | a1 << 1 | a2
 }
 
 /// The primitives of a record.

@@ -3,16 +3,16 @@
 use crate::block::format::Child;
 
 /// No child.
-pub(super) const EMPTY: u16 = Child::Empty.encode();
+pub(super) const EMPTY: u16 = Child::EMPTY;
 /// The index of a node or reference, or the first record of a leaf.
 pub(super) const INDEX: u16 = 0x0fff;
-/// The axis bit means nothing here.
+/// Bit 15 means nothing.
 const KIND: u16 = 0x7000;
 
 /// A node of the same block.
 #[inline(always)]
 pub(super) const fn is_node(child: u16) -> bool {
-    child & KIND == Child::Node(0).encode()
+    child & KIND == NODE
 }
 
 /// Records.
@@ -24,7 +24,7 @@ pub(super) const fn is_leaf(child: u16) -> bool {
 /// A node of another block.
 #[inline(always)]
 pub(super) const fn is_ref(child: u16) -> bool {
-    child & KIND == Child::Ref(0).encode()
+    child & KIND == REF
 }
 
 /// The first record of a leaf, and how many.
@@ -33,6 +33,8 @@ pub(super) const fn records(leaf: u16) -> (u16, u16) {
     (leaf & INDEX, (leaf >> 12 & 3) + 1)
 }
 
+const NODE: u16 = Child::Node(0).encode();
+const REF: u16 = Child::Ref(0).encode();
 const LEAF: u16 = 0x4000;
 
 #[cfg(test)]

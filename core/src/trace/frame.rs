@@ -55,20 +55,24 @@ impl BoxRay {
     #[inline(always)]
     #[must_use]
     pub fn new(ray: &PreparedRay) -> Self {
-        const ORIGIN_MAX: f32 = (1_u64 << 40) as f32;
-        const INV_MAX: f32 = (1 << 20) as f32;
         let (ox, oy, oz) = (ray.origin.x.abs(), ray.origin.y.abs(), ray.origin.z.abs());
-        let least = ray.shear[2].abs();
-        let greatest = max(max(ox, oy), oz);
-        let wild = greatest > ORIGIN_MAX || !(1.0 / INV_MAX..=INV_MAX).contains(&least);
-        let origin = ray.origin.to_array();
-        if !wild {
-            let pad = (greatest + 1.01) * (32.0 * UNIT_ROUNDOFF);
-            return Self { origin, inv: ray.inv.to_array(), pad };
+        if let Some(pad) = Self::pad(max(max(ox, oy), oz), ray.shear[2].abs()) {
+            return Self { origin: ray.origin.to_array(), inv: ray.inv.to_array(), pad };
         }
         let inv = ray.inv;
         let signs = [1.0_f32.copysign(inv.x), 1.0_f32.copysign(inv.y), 1.0_f32.copysign(inv.z)];
         Self { origin: [0.0; 3], inv: signs, pad: f32::INFINITY }
+    }
+
+    /// The pad of a ray whose origin has this greatest magnitude of a coordinate, and the inverse of whose direction has this least; `None`: no box
+    /// decides anything for it.
+    #[inline(always)]
+    #[must_use]
+    pub fn pad(greatest: f32, least: f32) -> Option<f32> {
+        const ORIGIN_MAX: f32 = (1_u64 << 40) as f32;
+        const INV_MAX: f32 = (1 << 20) as f32;
+        let sound = greatest <= ORIGIN_MAX && (1.0 / INV_MAX..=INV_MAX).contains(&least);
+        sound.then_some((greatest + 1.01) * (32.0 * UNIT_ROUNDOFF))
     }
 }
 

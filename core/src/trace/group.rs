@@ -56,7 +56,7 @@ pub struct Corners {
 }
 
 /// What a group hits a triangle with: of each lane that is [accepted](Verdict::accepted).
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Copy)]
 #[repr(C, align(32))]
 pub struct Crossings {
     /// As in [`TriangleHit`](crate::geometry::TriangleHit).
@@ -74,6 +74,11 @@ pub struct Verdict {
     pub accepted: u32,
     /// These must ask [`PreparedRay::triangle`].
     pub doubtful: u32,
+}
+
+impl Crossings {
+    /// None.
+    pub const NONE: Self = Self { t: [0.0; GROUP], b1: [0.0; GROUP], b2: [0.0; GROUP] };
 }
 
 impl Group {

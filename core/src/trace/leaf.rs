@@ -8,11 +8,14 @@ use super::group::{Crossings, GROUP, Verdict};
 use super::lanes::Lanes;
 use super::query::{Query, Whole};
 use crate::block::BlockView;
-use crate::block::format::{RECORD_SPHERES, Record};
+use crate::block::format::{FLAG_NORMALS, RECORD_SPHERES, Record};
 use crate::geometry::{Hit, PreparedRay, Primitive};
 
 /// Tests the records of a leaf. `true`: the query ends the traversal.
+///
+/// `t_max` is the ray's, which is kept apart from it to stay in a register.
 #[inline(always)]
+#[expect(clippy::too_many_arguments, reason = "inlined into the traversal, whose state it is")]
 pub(super) fn leaf<L: Lanes, Q: Query>(
     lanes: L,
     view: &BlockView<'_>,
@@ -20,37 +23,36 @@ pub(super) fn leaf<L: Lanes, Q: Query>(
     prepared: &L::Ray,
     crossings: &mut Crossings,
     ray: &mut PreparedRay,
+    t_max: &mut f32,
     query: &mut Q,
 ) -> bool {
     let (first, count) = records(leaf);
-    let words = view.vertex_words();
-    for index in first..first + count {
-        let Some(record) = view.record(index) else { break };
+    let vertices = view.vertex_numbers();
+    for record in view.leaf(first, count) {
         if record.base & RECORD_SPHERES != 0 {
-            // A copy, so that the ray itself can stay in registers.
-            let mut copy = *ray;
-            let done = spheres(view, record, &mut copy, query);
-            ray.t_max = copy.t_max;
+            ray.t_max = *t_max;
+            let done = spheres(view, record, ray, query);
+            *t_max = ray.t_max;
             if done {
                 return true;
             }
             continue;
         }
         let Verdict { mut accepted, doubtful } =
-            lanes.record(prepared, words, record, ray.t_max, crossings);
+            lanes.record(prepared, vertices, record, *t_max, crossings);
         while accepted != 0 {
             let place = accepted.trailing_zeros();
             accepted &= accepted - 1;
-            if crossed(view, record, place, crossings, ray, query) {
+            if crossed(view, record, place, crossings, t_max, query) {
                 return true;
             }
         }
         if doubtful == 0 {
             continue;
         }
-        let mut copy = *ray;
-        let done = lanes.in_doubt(|| triangles(view, record, doubtful, &mut copy, query));
-        ray.t_max = copy.t_max;
+        ray.t_max = *t_max;
+        let done = lanes.in_doubt(|| triangles(view, record, doubtful, &mut *ray, query));
+        *t_max = ray.t_max;
         if done {
             return true;
         }
@@ -84,7 +86,7 @@ fn crossed<Q: Query>(
     record: &Record,
     place: u32,
     crossings: &Crossings,
-    ray: &mut PreparedRay,
+    t_max: &mut f32,
     query: &mut Q,
 ) -> bool {
     let place = place as usize & (GROUP - 1);
@@ -92,7 +94,7 @@ fn crossed<Q: Query>(
     let (Some(&places), t) = (record.index.get(place), at(&crossings.t)) else { return false };
     let index = places.map(|i| usize::from(record.base) + usize::from(i));
     let found = Found { view, record, index, t, b1: at(&crossings.b1), b2: at(&crossings.b2) };
-    query.hit(ray, t, &found)
+    query.hit(t_max, t, &found)
 }
 
 /// The hit of a triangle.
@@ -147,16 +149,16 @@ pub(super) fn triangle<Q: Query>(
         primitive: Primitive::Triangle { vertices, normals: normals(view, index) },
         block: view.number(),
     };
-    query.hit(ray, hit.t, &found)
+    query.hit(&mut ray.t_max, hit.t, &found)
 }
 
 /// The shading normals of a triangle: none if the block has none, or a vertex has none.
 #[inline(always)]
 pub(super) fn normals(view: &BlockView<'_>, index: [usize; 3]) -> Option<[u32; 3]> {
-    let codes = view.normals();
-    if codes.is_empty() {
+    if view.header().flags & FLAG_NORMALS == 0 {
         return None;
     }
+    let codes = view.normals();
     let [a, b, c] =
         index.map(|i| codes.get(i).copied().filter(|&n| n != crate::block::octahedral::NONE));
     Some([a?, b?, c?])
@@ -194,7 +196,7 @@ pub(super) fn spheres<Q: Query>(
         let primitive = Primitive::Sphere { center, radius, inward: inward != 0.0 };
         let (material, block) = (record.material, view.number());
         let hit = || Hit { t, b1: 0.0, b2: 0.0, material, primitive, block };
-        if query.hit(ray, t, &hit) {
+        if query.hit(&mut ray.t_max, t, &hit) {
             return true;
         }
     }

@@ -5,7 +5,7 @@
 //! mapped file, a cache that fetches, a node that must wait) and over what is asked of the ray. The
 //! [hit](crate::geometry#what-a-hit-is) is the same to the bit, whatever of these is used.
 //!
-//! A traversal is depth first, the octants of a node in the order of the ray's signs. Its whole state
+//! A traversal is depth first, the slots of a node in the order that it has for the ray's signs. Its whole state
 //! lies in a [`Cursor`] of fixed size, and it holds one block at a time: a source that does not have a
 //! block stops it, and it goes on by its [`Trail`], 20 bytes, on any machine.
 //!
@@ -23,17 +23,17 @@ mod frame;
 mod group;
 mod lanes;
 mod leaf;
-mod octant;
 mod query;
 mod restart;
 mod scalar;
+mod stack;
 #[cfg(test)]
 pub(crate) mod tests;
 mod together;
 mod top;
 mod tracer;
 mod trail;
-mod visit;
+mod turn;
 mod walk;
 
 pub use batch::{Batch, FLIGHTS};
@@ -44,9 +44,10 @@ pub(crate) use clip::{Frame as ClipFrame, primitives};
 pub use cursor::{Cursor, TraceError, Visited};
 pub use frame::{BoxFrame, BoxRay};
 pub use group::{Corners, Crossings, GROUP, Group, Row, Sides, Verdict};
-pub use lanes::Lanes;
-pub use octant::{Octants, first_octants};
+pub use lanes::{Lanes, Part};
 pub use query::{Query, Whole};
 pub use scalar::Scalar;
+pub use stack::{Met, Places};
 pub use tracer::{Search, Tracer};
 pub use trail::Trail;
+pub use turn::Turn;

@@ -1,15 +1,15 @@
 //! What is asked of a ray.
 
-use crate::geometry::{Hit, PreparedRay};
+use crate::geometry::Hit;
 
 /// What is done with each hit.
 pub trait Query {
-    /// Makes the ray no longer than it needs to be after the hits before.
+    /// Makes a ray no longer than it needs to be after the hits before.
     #[inline(always)]
-    fn shorten(&self, _: &mut PreparedRay) {}
+    fn shorten(&self, _t_max: &mut f32) {}
 
-    /// Takes a hit at `t`, which the ray accepts. `true` ends the traversal.
-    fn hit(&mut self, ray: &mut PreparedRay, t: f32, hit: &impl Whole) -> bool;
+    /// Takes a hit at `t`, which the ray accepts, and may make the ray shorter. `true` ends the traversal.
+    fn hit(&mut self, t_max: &mut f32, t: f32, hit: &impl Whole) -> bool;
 }
 
 /// A hit of which no more is known than was needed to find it.
@@ -28,16 +28,16 @@ impl<F: Fn() -> Hit> Whole for F {
 /// The closest hit: the ray ends at the best so far.
 impl Query for Option<Hit> {
     #[inline(always)]
-    fn shorten(&self, ray: &mut PreparedRay) {
+    fn shorten(&self, t_max: &mut f32) {
         if let Some(best) = self
-            && best.t < ray.t_max
+            && best.t < *t_max
         {
-            ray.t_max = best.t;
+            *t_max = best.t;
         }
     }
 
     #[inline(always)]
-    fn hit(&mut self, ray: &mut PreparedRay, t: f32, hit: &impl Whole) -> bool {
+    fn hit(&mut self, t_max: &mut f32, t: f32, hit: &impl Whole) -> bool {
         // The whole hit is made where it stays: made first, it would be copied.
         let closer = match self {
             None => true,
@@ -46,7 +46,7 @@ impl Query for Option<Hit> {
         };
         if closer {
             *self = Some(hit.whole());
-            ray.t_max = t;
+            *t_max = t;
         }
         false
     }
@@ -62,7 +62,7 @@ fn ties(best: &Hit, hit: &impl Whole) -> bool {
 /// Whether there is any hit: the first ends it.
 impl Query for bool {
     #[inline(always)]
-    fn hit(&mut self, _: &mut PreparedRay, _: f32, _: &impl Whole) -> bool {
+    fn hit(&mut self, _: &mut f32, _: f32, _: &impl Whole) -> bool {
         *self = true;
         true
     }
@@ -73,7 +73,7 @@ pub(super) struct Every<F>(pub(super) F);
 
 impl<F: FnMut(&Hit) -> bool> Query for Every<F> {
     #[inline(always)]
-    fn hit(&mut self, _: &mut PreparedRay, _: f32, hit: &impl Whole) -> bool {
+    fn hit(&mut self, _: &mut f32, _: f32, hit: &impl Whole) -> bool {
         (self.0)(&hit.whole())
     }
 }

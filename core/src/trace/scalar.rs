@@ -1,16 +1,14 @@
 use super::frame::{BoxFrame, BoxRay};
 use super::lanes::Lanes;
-use super::octant::{Octants, flip_of};
-use crate::block::ExpandedNode;
+use super::stack::{Met, Places};
+use super::turn::Turn;
 use crate::block::format::{BlockHeader, Child, Node};
+use crate::block::{ExpandedNode, ExpandedTop};
 use crate::geometry::PreparedRay;
 
 /// One box and one triangle at a time, with early outs: for any machine.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Scalar;
-
-/// No child, whatever the axis bit.
-const EMPTY: u16 = Child::Empty.encode();
 
 impl Lanes for Scalar {
     type Frame = BoxFrame;
@@ -27,32 +25,44 @@ impl Lanes for Scalar {
     }
 
     #[inline(always)]
-    fn slots(
+    fn visit(
         self,
         frame: &BoxFrame,
         node: &Node,
-        t_min: f32,
-        t_max: f32,
-        near: &mut [f32; 8],
-    ) -> u32 {
-        slots(frame, &node.lo, &node.hi, &node.child, f32::from, t_min, t_max, near)
+        turn: Turn,
+        span: (f32, f32),
+        tag: u32,
+        to: Places<'_>,
+    ) -> Met {
+        let order = turn.of_node(&node.order);
+        visit(frame, (&node.lo, &node.hi), f32::from, turn, order, span, to, |slot, place| {
+            let child = node.child.get(slot & 7).copied().unwrap_or(Child::EMPTY);
+            (child != Child::EMPTY).then_some(u32::from(child) | place << 16 | tag)
+        })
     }
 
     #[inline(always)]
-    fn expanded_slots(
+    fn visit_expanded(
         self,
         frame: &BoxFrame,
         node: &ExpandedNode,
-        t_min: f32,
-        t_max: f32,
-        near: &mut [f32; 8],
-    ) -> u32 {
-        slots(frame, &node.lo, &node.hi, &node.child, |q| q, t_min, t_max, near)
-    }
-
-    #[inline(always)]
-    fn flip(self, octants: &Octants, node: &Node) -> u8 {
-        flip_of(octants, node.axis_code())
+        turn: Turn,
+        span: (f32, f32),
+        to: Places<'_>,
+    ) -> Met {
+        let order = turn.of_node(&node.order);
+        visit(
+            frame,
+            (&node.lo, &node.hi),
+            |q| q,
+            turn,
+            order,
+            span,
+            to,
+            |slot, _| {
+                node.child.get(slot & 7).copied().filter(|&child| child != ExpandedTop::EMPTY)
+            },
+        )
     }
 }
 
@@ -66,19 +76,19 @@ fn lesser(a: f32, b: f32) -> f32 {
     if a < b { a } else { b }
 }
 
-/// The slots that a ray meets, with bounds that `float` makes numbers of.
+/// [`Lanes::visit`], with bounds that `float` makes numbers of, and the entry of the child in a slot and place.
 #[inline(always)]
 #[expect(clippy::too_many_arguments, reason = "a box test of two kinds of nodes")]
-fn slots<T: Copy>(
+fn visit<T: Copy>(
     frame: &BoxFrame,
-    lo: &[[T; 8]; 3],
-    hi: &[[T; 8]; 3],
-    child_bits: &[u16; 8],
+    (lo, hi): (&[[T; 8]; 3], &[[T; 8]; 3]),
     float: impl Fn(T) -> f32,
-    t_min: f32,
-    t_max: f32,
-    near: &mut [f32; 8],
-) -> u32 {
+    turn: Turn,
+    order: u32,
+    (t_min, t_max): (f32, f32),
+    to: Places<'_>,
+    entry: impl Fn(usize, u32) -> Option<u32>,
+) -> Met {
     let planes = |axis: usize| {
         let [lo, hi] = [lo, hi].map(|p| match axis {
             0 => &p[0],
@@ -91,29 +101,33 @@ fn slots<T: Copy>(
     let [ix, iy, iz] = frame.inv;
     let [nx, ny, nz] = frame.near;
     let [fx, fy, fz] = frame.far;
-    let mut mask = 0;
-    let sides = x0.iter().zip(x1).zip(y0.iter().zip(y1)).zip(z0.iter().zip(z1));
-    for (slot, ((((x, y), z), near), child)) in sides.zip(near).zip(child_bits).enumerate() {
-        if child & 0x7fff == EMPTY {
-            continue;
-        }
-        let at = |q: &T, inv: f32, c: f32| float(*q) * inv + c;
-        let enter = greater(at(x.0, ix, nx), t_min);
-        let leave = lesser(at(x.1, ix, fx), t_max);
+    let mut met = Met { count: 0, first: 0 };
+    // The last first, so that the first comes to lie before all others.
+    for place in (0..8).rev() {
+        let slot = turn.slot(order, place);
+        let Some(entry) = entry(slot, place) else { continue };
+        let at = |side: &[T; 8], inv: f32, c: f32| {
+            side.get(slot & 7).map_or(f32::NAN, |&q| float(q) * inv + c)
+        };
+        let enter = greater(at(x0, ix, nx), t_min);
+        let leave = lesser(at(x1, ix, fx), t_max);
         if enter > leave {
             continue;
         }
-        let enter = greater(at(y.0, iy, ny), enter);
-        let leave = lesser(at(y.1, iy, fy), leave);
+        let enter = greater(at(y0, iy, ny), enter);
+        let leave = lesser(at(y1, iy, fy), leave);
         if enter > leave {
             continue;
         }
-        let enter = greater(at(z.0, iz, nz), enter);
-        let leave = lesser(at(z.1, iz, fz), leave);
+        let enter = greater(at(z0, iz, nz), enter);
+        let leave = lesser(at(z1, iz, fz), leave);
         if enter <= leave {
-            mask |= 1 << slot;
-            *near = enter;
+            let free = 7 - (met.count & 7) as usize;
+            if let (Some(near), Some(place)) = (to.near.get_mut(free), to.entry.get_mut(free)) {
+                (*near, *place) = (enter, entry);
+            }
+            met = Met { count: met.count + 1, first: entry };
         }
     }
-    mask
+    met
 }

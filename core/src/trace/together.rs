@@ -3,13 +3,14 @@
 use super::beam::Planes;
 use super::bundle::{BundleVisited, GROUPS, Rays, Stops};
 use super::code::{EMPTY, INDEX, is_leaf, is_node, is_ref, records};
-use super::cursor::{NODES_MAX, Place, TraceError};
+use super::cursor::{Place, TraceError};
 use super::group::{Corners, Crossings, GROUP, Group, Sides};
 use super::lanes::Lanes;
 use super::leaf::{normals, spheres, triangle};
-use super::octant::{Visits, first_octants, ordered};
 use super::query::Query;
+use super::stack::Entry;
 use super::trail::Trail;
+use super::turn::Turn;
 use crate::block::format::{DEPTH_MAX, RECORD_SPHERES, Record};
 use crate::block::{BlockSource, BlockView};
 use crate::geometry::{Hit, PreparedRay, Primitive};
@@ -29,13 +30,13 @@ struct Level {
     child: [u16; 8],
     /// The block that the node lies in.
     block: u32,
-    /// Slot `k ^ flip` is visited `k`th.
-    flip: u8,
-    /// Bit `k`: still to be visited.
+    /// The node's order, for the bundle's [`Turn`].
+    order: u32,
+    /// Bit `k`: the slot in place `k` is still to be visited.
     pending: u8,
     /// Groups that meet the node.
     groups: u8,
-    /// The `k` that was taken last.
+    /// The place that was taken last.
     taken: u8,
 }
 
@@ -45,7 +46,7 @@ impl Stack {
             planes: Planes::NONE,
             child: [0; 8],
             block: 0,
-            flip: 0,
+            order: 0,
             pending: 0,
             groups: 0,
             taken: 0,
@@ -64,6 +65,14 @@ impl Stack {
 /// The lanes that are asked, by group.
 type Mask = [u8; GROUPS];
 
+/// Where the traversal of a bundle keeps its state.
+pub(super) struct Room<'r> {
+    pub(super) stack: &'r mut Stack,
+    pub(super) stops: &'r mut Stops,
+    /// Where lanes put what they find. It means nothing from one triangle to the next.
+    pub(super) crossings: &'r mut Crossings,
+}
+
 /// Finds the hits of a bundle, as far as the source has the blocks: `Ok(Err(_))` is the first that it lacked.
 ///
 /// A missing block stops the rays that need it, each with a trail of its own, and no others.
@@ -71,8 +80,7 @@ type Mask = [u8; GROUPS];
 pub(super) fn together<L: Lanes, S: BlockSource, Q: Query>(
     lanes: L,
     rays: &mut Rays,
-    stack: &mut Stack,
-    stops: &mut Stops,
+    Room { stack, stops, crossings }: Room<'_>,
     visited: &mut BundleVisited,
     source: &mut S,
     queries: &mut [Q],
@@ -80,7 +88,7 @@ pub(super) fn together<L: Lanes, S: BlockSource, Q: Query>(
     let none = PreparedRay::NONE;
     let [first, ..] = &rays.order;
     let first = *rays.prepared.get(usize::from(*first)).unwrap_or(&none);
-    let octants = first_octants(&first);
+    let turn = Turn::of(&first);
     let axis = first.axis;
     let mut t_max = farthest(rays);
     let mut at = Place::ROOT;
@@ -95,44 +103,45 @@ pub(super) fn together<L: Lanes, S: BlockSource, Q: Query>(
             Ok(view) => view,
             Err(error) => {
                 lacks = lacks.and(Err(error));
-                stack.stop(lanes, rays, stops, &at, groups, &asked);
+                stack.stop(lanes, turn, rays, stops, &at, groups, &asked);
                 t_max = farthest(rays);
                 let Some(block) = stack.returns_to() else { break };
-                (at.block, at.child) = (block, EMPTY);
+                at.block = block;
+                at.is_empty();
                 continue;
             }
         };
         visited.blocks = visited.blocks.wrapping_add(1);
         let frame = rays.beam.frame(view.header());
         loop {
-            if is_node(at.child) {
-                let Some(node) = view.node(at.child & INDEX) else {
+            if is_node(at.child()) {
+                let Some(node) = view.node(at.child() & INDEX) else {
                     return Err(TraceError::Corrupt { block: at.block });
                 };
                 if at.spent() {
                     return Err(TraceError::Corrupt { block: at.block });
                 }
-                let depth = u32::from(at.depth);
+                let depth = u32::from(at.entry.level());
                 let level = stack.at_mut(depth);
                 let mask = lanes.beam(&frame, node, rays.t_min, t_max, &mut level.planes);
                 if mask != 0 {
                     level.child = node.child;
                     level.block = at.block;
-                    level.flip = lanes.flip(octants, node);
-                    level.pending = Visits::of(mask, level.flip).all(level.flip);
+                    level.order = turn.of_node(&node.order);
+                    level.pending = turn.by_place(level.order, mask) as u8;
                     level.groups = groups as u8;
                     stack.live |= 1 << (depth & 31);
                 }
-            } else if is_ref(at.child) {
-                let Some(to) = view.reference(at.child & INDEX) else {
+            } else if is_ref(at.child()) {
+                let Some(to) = view.reference(at.child() & INDEX) else {
                     return Err(TraceError::Corrupt { block: at.block });
                 };
                 at.enter(to);
                 continue 'block;
             }
             // The next child that a ray meets.
-            at.child = EMPTY;
-            while at.child == EMPTY {
+            at.is_empty();
+            while at.child() == EMPTY {
                 if stack.live == 0 {
                     break 'block;
                 }
@@ -144,7 +153,7 @@ pub(super) fn together<L: Lanes, S: BlockSource, Q: Query>(
                 }
                 let pending = u32::from(level.pending);
                 let taken = pending.trailing_zeros();
-                let slot = (taken ^ u32::from(level.flip)) as usize & 7;
+                let slot = turn.slot(level.order, taken);
                 let pending = pending & pending.wrapping_sub(1);
                 level.pending = pending as u8;
                 level.taken = taken as u8;
@@ -153,7 +162,7 @@ pub(super) fn together<L: Lanes, S: BlockSource, Q: Query>(
                 let enter = level.planes.enter.get(slot).copied().unwrap_or(0.0);
                 let child = level.child.get(slot).copied().unwrap_or(EMPTY);
                 // Not at equality: the order of hits decides among equals.
-                if enter > t_max || child & 0x7fff == EMPTY {
+                if enter > t_max || child == EMPTY {
                     continue;
                 }
                 let sides = sides(&level.planes, slot);
@@ -177,18 +186,19 @@ pub(super) fn together<L: Lanes, S: BlockSource, Q: Query>(
                     continue;
                 }
                 if leaf {
-                    if leaves(lanes, &view, child, axis, rays, met, &asked, visited, queries) {
+                    if leaves(
+                        lanes, &view, child, axis, rays, met, &asked, crossings, visited, queries,
+                    ) {
                         t_max = farthest(rays);
                     }
                     continue;
                 }
                 groups = met;
-                at.child = child;
-                at.depth = depth as u8 + 1;
+                at.entry = Entry::new(child, depth as u8 + 1);
             }
         }
     }
-    visited.nodes = visited.nodes.wrapping_add(NODES_MAX.wrapping_sub(at.steps >> 32));
+    visited.nodes = visited.nodes.wrapping_add(at.nodes_visited());
     visited.boxes = visited.boxes.wrapping_add(u64::from(boxes));
     Ok(lacks)
 }
@@ -203,9 +213,11 @@ impl Stack {
     /// Stops the rays that need the block of a place: those in the lanes asked, or where it is the way back to a level, all that meet it.
     #[cold]
     #[inline(never)]
+    #[expect(clippy::too_many_arguments, reason = "the state of the traversal that stops")]
     fn stop<L: Lanes>(
         &mut self,
         lanes: L,
+        turn: Turn,
         rays: &mut Rays,
         stops: &mut Stops,
         at: &Place,
@@ -215,10 +227,10 @@ impl Stack {
         let mut at = *at;
         let (mut groups, mut asked) = (groups, *asked);
         let live = self.live;
-        if at.child == EMPTY
+        if at.child() == EMPTY
             && let Some(depth) = self.live.checked_ilog2()
         {
-            at.depth = depth as u8 + 1;
+            at.entry = Entry::new(EMPTY, depth as u8 + 1);
             (groups, asked) = (u32::from(self.at_mut(depth).groups), [u8::MAX; GROUPS]);
             self.live &= !(1 << depth);
         }
@@ -228,7 +240,7 @@ impl Stack {
             let (Some(group), Some(&mask)) = (rays.groups.get_mut(g), asked.get(g)) else {
                 continue;
             };
-            let left = self.reached(lanes, group, live);
+            let left = self.reached(lanes, turn, group, live);
             let order = rays.order.iter().skip(g * GROUP);
             for (((t_max, left), ray), lane) in group.t_max.iter_mut().zip(left).zip(order).zip(0..)
             {
@@ -244,13 +256,13 @@ impl Stack {
 
     /// Of these levels those on which each ray of a group may still reach a child.
     #[inline(always)]
-    fn reached<L: Lanes>(&self, lanes: L, group: &Group, live: u32) -> [u32; GROUP] {
+    fn reached<L: Lanes>(&self, lanes: L, turn: Turn, group: &Group, live: u32) -> [u32; GROUP] {
         let mut reached = [0; GROUP];
         for (level, depth) in self.level.iter().zip(0..).filter(|(_, depth)| live >> depth & 1 == 1)
         {
             let mut met = 0;
-            let left = ordered(u32::from(level.pending), level.flip);
-            for slot in (0..8).filter(|slot| left >> slot & 1 == 1) {
+            for place in (0..8).filter(|place| level.pending >> place & 1 == 1) {
+                let slot = turn.slot(level.order, place);
                 met |= lanes.meets(group, &sides(&level.planes, slot));
             }
             for (reached, lane) in reached.iter_mut().zip(0..) {
@@ -292,15 +304,14 @@ fn leaves<L: Lanes, Q: Query>(
     rays: &mut Rays,
     met: u32,
     asked: &Mask,
+    crossings: &mut Crossings,
     visited: &mut BundleVisited,
     queries: &mut [Q],
 ) -> bool {
     let (first, count) = records(leaf);
     let mut changed = false;
     let single = &mut visited.single.leaves;
-    let mut crossings = Crossings::default();
-    for index in first..first + count {
-        let Some(record) = view.record(index) else { break };
+    for record in view.leaf(first, count) {
         if record.base & RECORD_SPHERES != 0 {
             one_by_one(rays, met, asked, queries, |ray, query| {
                 changed = true;
@@ -325,7 +336,7 @@ fn leaves<L: Lanes, Q: Query>(
                 let (Some(group), Some(&mask)) = (rays.groups.get_mut(g), asked.get(g)) else {
                     continue;
                 };
-                let verdict = lanes.triangle(group, &corners, &mut crossings);
+                let verdict = lanes.triangle(group, &corners, crossings);
                 let mask = u32::from(mask);
                 let doubtful = verdict.doubtful & mask;
                 let mut accepted = verdict.accepted & mask;
@@ -337,8 +348,7 @@ fn leaves<L: Lanes, Q: Query>(
                     let Some(query) = queries.get_mut(usize::from(ray)) else { continue };
                     let at = |row: &[f32; GROUP]| row.get(lane).copied().unwrap_or(0.0);
                     let t = at(&crossings.t);
-                    let mut shorter = PreparedRay::NONE;
-                    shorter.t_max = at(&group.t_max);
+                    let mut t_max = at(&group.t_max);
                     let found = || Hit {
                         t,
                         b1: at(&crossings.b1),
@@ -350,9 +360,9 @@ fn leaves<L: Lanes, Q: Query>(
                         },
                         block: view.number(),
                     };
-                    let done = query.hit(&mut shorter, t, &found);
-                    if let Some(t_max) = group.t_max.get_mut(lane) {
-                        *t_max = if done { f32::NEG_INFINITY } else { shorter.t_max };
+                    let done = query.hit(&mut t_max, t, &found);
+                    if let Some(place) = group.t_max.get_mut(lane) {
+                        *place = if done { f32::NEG_INFINITY } else { t_max };
                     }
                 }
                 if doubtful != 0 {

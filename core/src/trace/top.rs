@@ -1,44 +1,66 @@
 //! The traversal of the expanded top of a tree.
 
-use super::code::EMPTY;
-use super::cursor::Levels;
+use super::cursor::{Cursor, TraceError};
 use super::lanes::Lanes;
-use super::octant::Octants;
-use super::visit::{take, visit_expanded};
+use super::leaf::leaf;
+use super::query::Query;
+use super::stack::{Entry, Next};
+use super::turn::Turn;
 use super::walk::{Leave, Run};
-use crate::block::ExpandedTop;
+use crate::block::{BlockSource, ExpandedTop};
 
 /// Its number, among those of blocks. No file has so many.
 pub(super) const TOP: u32 = u32::MAX;
 
-/// Goes on as far as the top reaches.
+/// Goes on as far as the top reaches, leaves of its nodes included: they lie in blocks, but need no frame of theirs.
 #[inline(always)]
-pub(super) fn in_top<L: Lanes>(
+pub(super) fn in_top<L: Lanes, S: BlockSource, Q: Query>(
     lanes: L,
-    top: ExpandedTop<'_>,
-    frame: &L::Frame,
-    octants: &Octants,
+    prepared: &L::Ray,
+    turn: Turn,
     run: &mut Run,
-    levels: &mut Levels,
-) -> Leave {
-    let Run { ray, at, .. } = run;
-    loop {
-        while at.child < EMPTY {
-            let Some(node) = top.node(at.child) else { return Leave::Corrupt };
-            if at.spent() {
-                return Leave::Corrupt;
+    cursor: &mut Cursor,
+    source: &mut S,
+    query: &mut Q,
+) -> Result<Leave, TraceError<S::Error>> {
+    let Cursor { ray, stack, visited, crossings, .. } = cursor;
+    let frame = lanes.frame(prepared, &ExpandedTop::FRAME);
+    // Apart from the run, which others know of: so they stay in registers.
+    let (mut at, mut height, mut t_max) = (run.at, run.height, run.t_max);
+    let leave = 'top: loop {
+        while let Some(node) = source.top().node(at.entry.0) {
+            // Its children have all bits of an entry for themselves: a level means nothing here.
+            let (false, Some(places)) = (at.too_many(), stack.places(&height)) else {
+                break 'top Ok(Leave::Corrupt);
+            };
+            let met = lanes.visit_expanded(&frame, node, turn, (run.t_min, t_max), places);
+            if met.count == 0 {
+                at.entry = Entry(ExpandedTop::EMPTY);
+                break;
             }
-            at.child = visit_expanded(lanes, frame, node, at, levels, ray, octants);
-            at.depth += 1;
+            stack.descend(&mut height, &mut at, met);
         }
-        if ExpandedTop::is_ref(at.child) {
-            let Some(to) = top.reference(at.child) else { return Leave::Corrupt };
-            (at.block, at.child) = (to.block, to.node);
-            return Leave::Block;
+        if let Some((block, child)) = ExpandedTop::leaf(at.entry.0) {
+            let view = match source.block(block) {
+                Ok(view) => view,
+                Err(error) => break Err(TraceError::Source(error)),
+            };
+            visited.blocks = visited.blocks.wrapping_add(1);
+            at.tests();
+            if leaf(lanes, &view, child, prepared, crossings, ray, &mut t_max, query) {
+                break Ok(Leave::Done);
+            }
+        } else if let Some(to) = source.top().reference(at.entry.0) {
+            let left = stack.leave(&mut height, at.block);
+            (at.block, at.entry) = (to.block, Entry::new(to.node, 0));
+            break Ok(if left { Leave::Block } else { Leave::Corrupt });
         }
-        let Some(taken) = take(levels, ray.t_max) else { return Leave::Exhausted };
-        if at.follow(&taken) {
-            return Leave::Block;
+        match stack.next(&mut height, &mut at, t_max) {
+            Next::Here => {}
+            Next::Elsewhere => break Ok(Leave::Block),
+            Next::Nowhere => break Ok(Leave::Exhausted),
         }
-    }
+    };
+    (run.at, run.height, run.t_max) = (at, height, t_max);
+    leave
 }

@@ -2,7 +2,8 @@
 
 use bytemuck::{Pod, Zeroable};
 
-use super::cursor::{Levels, Place};
+use super::cursor::Place;
+use super::stack::{Entry, Stack};
 use crate::block::format::DEPTH_MAX;
 
 /// Where a traversal is, in the fewest bytes: what a ray that waits or migrates carries beside itself and its best hit.
@@ -75,7 +76,7 @@ impl Trail {
 
     /// The trail of a traversal that goes on at this place, with octants left on these levels; of each level which octant was taken.
     pub(super) fn new(at: &Place, taken: impl Iterator<Item = u8>, left: u32) -> Self {
-        let depth = u32::from(at.depth).min(RADIX - 1);
+        let depth = u32::from(at.entry.level()).min(RADIX - 1);
         let span =
             Span { depth, above: end(left & before(depth)), below: end(left & !before(depth)) };
         let mut path = [0; 3];
@@ -84,27 +85,30 @@ impl Trail {
                 *word |= (u32::from(taken) >> b & 1) << bit;
             }
         }
-        Self { path, block: at.block, child: at.child, span: span.encode() }
+        Self { path, block: at.block, child: at.child(), span: span.encode() }
     }
 
-    /// Puts the path into the levels. Returns the place to go on at, and the levels which may have octants left.
+    /// Lays the path down. Returns the place to go on at, and the levels which may have octants left.
     #[inline]
-    pub(super) fn lay(&self, levels: &mut Levels) -> Option<(Place, u32)> {
-        let mut at = Place { block: self.block, child: self.child, ..Place::ROOT };
+    pub(super) fn lay(&self, stack: &mut Stack) -> Option<(Place, u32)> {
+        let at = |level| Place {
+            block: self.block,
+            entry: Entry::new(self.child, level),
+            ..Place::ROOT
+        };
         if self.span == 0 {
-            return Some((at, 0));
+            return Some((at(0), 0));
         }
         let span = Span::decode(self.span)?;
-        self.lay_path(levels, span);
-        at.depth = span.depth as u8;
-        Some((at, before(span.above) | before(span.below) & !before(span.depth)))
+        self.lay_path(stack.taken_mut(), span);
+        Some((at(span.depth as u8), before(span.above) | before(span.below) & !before(span.depth)))
     }
 
     #[inline(never)]
-    fn lay_path(&self, levels: &mut Levels, span: Span) {
+    fn lay_path(&self, path: &mut [u8; DEPTH_MAX], span: Span) {
         let [b0, b1, b2] = self.path;
-        for (level, bit) in levels.level.iter_mut().zip(0..span.depth.max(span.below)) {
-            level.taken = (b0 >> bit & 1 | (b1 >> bit & 1) << 1 | (b2 >> bit & 1) << 2) as u8;
+        for (taken, bit) in path.iter_mut().zip(0..span.depth.max(span.below)) {
+            *taken = (b0 >> bit & 1 | (b1 >> bit & 1) << 1 | (b2 >> bit & 1) << 2) as u8;
         }
     }
 }

@@ -1,18 +1,18 @@
 //! The traversal of a single ray.
 
 use super::code::{INDEX, is_leaf, is_node, is_ref};
-use super::cursor::{Cursor, Levels, Place, TraceError, Visited};
+use super::cursor::{Cursor, Place, TraceError, Visited};
 use super::group::Crossings;
-use super::lanes::Lanes;
+use super::lanes::{Lanes, Part};
 use super::leaf::leaf;
-use super::octant::{Octants, first_octants};
 use super::query::Query;
 use super::restart::restart;
+use super::stack::{Height, Next, Stack};
 use super::top::{TOP, in_top};
 use super::tracer::Search;
-use super::visit::{take, visit};
+use super::turn::Turn;
 use crate::block::format::{BlockHeader, Child};
-use crate::block::{BlockSource, BlockView, ExpandedTop};
+use crate::block::{BlockSource, BlockView};
 use crate::geometry::{PreparedRay, Ray};
 
 /// A search of a single ray: from the root, or from the cursor's trail.
@@ -31,34 +31,38 @@ impl<const CONTINUED: bool> Search for Single<CONTINUED> {
         ray: &Ray,
         query: &mut Q,
     ) -> Result<(), TraceError<S::Error>> {
-        let mut ray = PreparedRay::new(ray);
-        query.shorten(&mut ray);
-        if ray.is_none() {
+        let Some(prepared) = lanes.prepare(ray, &mut cursor.ray) else { return Ok(()) };
+        let mut run = Run::new(&cursor.ray, CONTINUED);
+        query.shorten(&mut run.t_max);
+        if run.t_min > run.t_max {
             return Ok(());
         }
-        let mut run = Run { ray, at: Place::ROOT, collapsed: 0, unchecked: CONTINUED };
-        cursor.levels.live = 0;
         if CONTINUED {
-            let Some((at, collapsed)) = cursor.trail.lay(&mut cursor.levels) else {
+            let Some((at, collapsed)) = cursor.trail.lay(&mut cursor.stack) else {
                 return Err(TraceError::Corrupt { block: cursor.trail.block() });
             };
             (run.at, run.collapsed) = (at, collapsed);
-        } else if !source.top().is_empty() {
+        } else if source.holds_all() && !source.top().is_empty() {
             run.at.block = TOP;
         }
-        let result = walk(lanes, &mut run, &mut cursor.levels, source, query);
+        let result = walk::<CONTINUED, _, _, _>(lanes, &prepared, &mut run, cursor, source, query);
         cursor.count(&run.at);
         if let Err(TraceError::Source(_)) = result {
-            cursor.stop(run.at, run.collapsed, run.ray.t_max);
+            cursor.stop(run.at, run.height, run.collapsed, run.t_max);
         }
         result
     }
 }
 
 /// What a traversal keeps in registers as far as it can.
+#[derive(Clone, Copy)]
 pub(super) struct Run {
-    pub(super) ray: PreparedRay,
+    /// Of the ray.
+    pub(super) t_min: f32,
+    /// The ray's, or that of the best hit so far.
+    pub(super) t_max: f32,
     pub(super) at: Place,
+    pub(super) height: Height,
     /// Bit `d`: level `d` may have children left, which are not known any more.
     pub(super) collapsed: u32,
     /// The place is a trail's, and may be anything.
@@ -66,11 +70,28 @@ pub(super) struct Run {
 }
 
 impl Run {
+    /// Of a ray, from the root on.
+    #[inline(always)]
+    pub(super) fn new(ray: &PreparedRay, unchecked: bool) -> Self {
+        let &PreparedRay { t_min, t_max, .. } = ray;
+        Self { t_min, t_max, at: Place::ROOT, height: Height::NONE, collapsed: 0, unchecked }
+    }
+
     /// Enters a block. `false`: the block does not have what the trail says.
     #[inline(always)]
     pub(super) fn enters(&mut self, view: &BlockView<'_>, visited: &mut Visited) -> bool {
         visited.blocks = visited.blocks.wrapping_add(1);
-        !core::mem::take(&mut self.unchecked) || has(view.header(), self.at.child)
+        !core::mem::take(&mut self.unchecked) || has(view.header(), self.at.child())
+    }
+
+    /// Goes through a reference. `false`: the block is not sound.
+    #[inline(always)]
+    #[must_use]
+    pub(super) fn follow(&mut self, view: &BlockView<'_>, stack: &mut Stack) -> bool {
+        let Some(to) = view.reference(self.at.child() & INDEX) else { return false };
+        let left = stack.leave(&mut self.height, self.at.block);
+        self.at.enter(to);
+        left
     }
 }
 
@@ -88,39 +109,51 @@ fn has(header: &BlockHeader, child: u16) -> bool {
 
 /// Goes on until all is visited, the query ends it, or a block is not there.
 #[inline(always)]
-fn walk<L: Lanes, S: BlockSource, Q: Query>(
+fn walk<const CONTINUED: bool, L: Lanes, S: BlockSource, Q: Query>(
     lanes: L,
+    prepared: &L::Ray,
     run: &mut Run,
-    levels: &mut Levels,
+    cursor: &mut Cursor,
     source: &mut S,
     query: &mut Q,
 ) -> Result<(), TraceError<S::Error>> {
-    let octants = first_octants(&run.ray);
-    let prepared = lanes.ray(&run.ray);
-    let mut crossings = Crossings::default();
-    let top_frame = lanes.frame(&prepared, &ExpandedTop::FRAME);
+    let turn = Turn::of(&cursor.ray);
+    // A source that has all blocks stops nothing, and a trail is never needed.
+    let trails = !source.holds_all();
     // The path of the trail leads on below the place.
-    let mut restarts = run.collapsed.unbounded_shr(u32::from(run.at.depth)) != 0;
+    let mut restarts = run.collapsed.unbounded_shr(u32::from(run.at.entry.level())) != 0;
     loop {
-        if restarts && !restart(lanes, run, levels, source, &prepared, octants)? {
+        if CONTINUED && restarts && !restart(lanes, run, cursor, source, prepared, turn)? {
             return Ok(());
         }
         restarts = false;
-        let top = source.top();
-        if !top.is_empty() && run.at.block == TOP {
-            match in_top(lanes, top, &top_frame, octants, run, levels) {
+        if !trails && run.at.block == TOP {
+            match in_top(lanes, prepared, turn, run, cursor, source, query)? {
                 Leave::Block => {}
                 Leave::Corrupt => return Err(TraceError::Corrupt { block: 0 }),
                 Leave::Done | Leave::Exhausted => return Ok(()),
             }
         }
+        let Cursor { ray, stack, visited, crossings, .. } = &mut *cursor;
         let view = source.block(run.at.block).map_err(TraceError::Source)?;
-        if !run.enters(&view, &mut levels.visited) {
+        if !run.enters(&view, visited) {
             return Err(TraceError::Corrupt { block: run.at.block });
         }
-        let frame = lanes.frame(&prepared, view.header());
-        let fixed = Fixed { lanes, view: &view, frame, prepared: &prepared, octants };
-        match in_block(&fixed, run, levels, &mut crossings, query) {
+        let within = InBlock {
+            lanes,
+            view: &view,
+            prepared,
+            turn,
+            trails,
+            run: *run,
+            stack,
+            crossings,
+            ray,
+            query: &mut *query,
+        };
+        let (leave, left) = lanes.apart(within);
+        *run = left;
+        match leave {
             Leave::Block => {}
             Leave::Done => return Ok(()),
             Leave::Corrupt => return Err(TraceError::Corrupt { block: run.at.block }),
@@ -139,7 +172,7 @@ fn walk<L: Lanes, S: BlockSource, Q: Query>(
 pub(super) enum Leave {
     /// It needs the block of its place.
     Block,
-    /// No level has children left.
+    /// Nothing waits.
     Exhausted,
     /// The query has ended it.
     Done,
@@ -147,48 +180,70 @@ pub(super) enum Leave {
     Corrupt,
 }
 
-/// What does not change within a block.
-struct Fixed<'a, L: Lanes> {
+/// The way of a ray through a block.
+struct InBlock<'a, 'v, L: Lanes, Q> {
     lanes: L,
-    view: &'a BlockView<'a>,
-    frame: L::Frame,
+    view: &'a BlockView<'v>,
     prepared: &'a L::Ray,
-    octants: &'static Octants,
+    turn: Turn,
+    trails: bool,
+    run: Run,
+    stack: &'a mut Stack,
+    crossings: &'a mut Crossings,
+    ray: &'a mut PreparedRay,
+    query: &'a mut Q,
 }
 
-/// Goes on as far as the block reaches.
-#[inline(always)]
-fn in_block<L: Lanes, Q: Query>(
-    fixed: &Fixed<'_, L>,
-    run: &mut Run,
-    levels: &mut Levels,
-    crossings: &mut Crossings,
-    query: &mut Q,
-) -> Leave {
-    let &Fixed { lanes, view, frame, prepared, octants } = fixed;
-    let Run { ray, at, .. } = run;
-    loop {
-        while is_node(at.child) {
-            let Some(node) = view.node(at.child & INDEX) else { return Leave::Corrupt };
-            if at.spent() {
-                return Leave::Corrupt;
+impl<L: Lanes, Q: Query> Part for InBlock<'_, '_, L, Q> {
+    type Result = (Leave, Run);
+
+    /// Goes on as far as the block reaches.
+    #[inline(always)]
+    fn run(self) -> (Leave, Run) {
+        let Self { lanes, view, prepared, turn, trails, mut run, stack, crossings, ray, query } =
+            self;
+        // Some blocks are entered for a leaf, which takes none.
+        let mut frame = None;
+        let leave = 'block: loop {
+            while is_node(run.at.child()) {
+                let Run { t_min, t_max, at, height, .. } = &mut run;
+                let Some(node) = view.node(at.child() & INDEX) else { break 'block Leave::Corrupt };
+                if at.spent() {
+                    break 'block Leave::Corrupt;
+                }
+                let Some(places) = stack.places(height) else { break 'block Leave::Corrupt };
+                let frame = frame.get_or_insert_with(|| lanes.frame(prepared, view.header()));
+                let span = (*t_min, *t_max);
+                let met = lanes.visit(frame, node, turn, span, at.entry.tag(), places);
+                if met.count == 0 {
+                    at.is_empty();
+                    break;
+                }
+                stack.descend(height, at, met);
+                if trails {
+                    stack.note(at.entry);
+                }
             }
-            at.child = visit(lanes, &frame, node, at, levels, ray, octants);
-            at.depth += 1;
-        }
-        if is_leaf(at.child) {
-            at.tests();
-            if leaf(lanes, view, at.child, prepared, crossings, ray, query) {
-                return Leave::Done;
+            let child = run.at.child();
+            if is_leaf(child) {
+                run.at.tests();
+                if leaf(lanes, view, child, prepared, crossings, ray, &mut run.t_max, query) {
+                    break Leave::Done;
+                }
+            } else if is_ref(child) {
+                break if run.follow(view, stack) { Leave::Block } else { Leave::Corrupt };
             }
-        } else if is_ref(at.child) {
-            let Some(to) = view.reference(at.child & INDEX) else { return Leave::Corrupt };
-            at.enter(to);
-            return Leave::Block;
-        }
-        let Some(taken) = take(levels, ray.t_max) else { return Leave::Exhausted };
-        if at.follow(&taken) {
-            return Leave::Block;
-        }
+            let next = stack.next(&mut run.height, &mut run.at, run.t_max);
+            if next == Next::Nowhere {
+                break Leave::Exhausted;
+            }
+            if trails {
+                stack.note(run.at.entry);
+            }
+            if next == Next::Elsewhere {
+                break Leave::Block;
+            }
+        };
+        (leave, run)
     }
 }

@@ -127,7 +127,7 @@ fn block(
             stored.child[slot] = child.encode();
             frame.quantise(&node.bounds[slot], &mut stored, slot);
         }
-        stored.set_axes(node.axes);
+        stored.order = node.order;
         nodes.push(stored);
         header.height = header.height.max(below[index as usize].height);
         header.nesting = header.nesting.max(below[index as usize].nesting);

@@ -8,7 +8,8 @@
 //! | `lights` | lights that light nothing are left out; each gets a material of its own |
 //! | `tables` | materials, lights and views in scene units; what is not used is left out |
 //! | `surfaces` | rounds vertices to f32, merges equal ones, boxes the primitives |
-//! | `build`, `split` | the tree: octants by planes chosen with the surface-area heuristic |
+//! | `binary`, `split` | the primitives in halves and halves again, by planes chosen with the surface-area heuristic |
+//! | `build` | the tree: nodes of eight children, made of the halves at the least cost |
 //! | `fit` | leaves pushed down where a node would not fit a block |
 //! | `cut` | the tree in treelets that fit a block (Aila & Karras 2010) |
 //! | `pack`, `layout` | treelets into blocks, and every vertex to its place |
@@ -18,6 +19,7 @@
 //! Sizes that grow with the scene are 32 bits wide. The result is a function of the model and the
 //! [`Options`] alone: the same bytes on every machine, with any number of threads.
 
+mod binary;
 mod bounds;
 mod build;
 mod compiled;

@@ -8,7 +8,7 @@ use super::build::build;
 use super::compiled::Compiled;
 use super::cut::cut;
 use super::emit::emit;
-use super::fit::fit;
+use super::fit::{fit, leaf_max};
 use super::frame::Placement;
 use super::layout::Source;
 use super::lights::{split_materials, useful};
@@ -50,8 +50,9 @@ pub fn compile(
     progress.report(Stage::Surfaces, count, count);
     clock.stage(0);
 
+    let leaf_max = leaf_max(options.block_bytes);
     let mut nodes =
-        build(&mut surfaces.items, &mut |done| progress.report(Stage::Tree, done, count));
+        build(&mut surfaces.items, leaf_max, &mut |done| progress.report(Stage::Tree, done, count));
     surfaces.sort_corners();
     fit(&mut nodes, &surfaces, options.block_bytes);
     progress.report(Stage::Tree, count, count);

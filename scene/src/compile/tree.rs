@@ -1,5 +1,7 @@
 //! The tree between build and cut.
 
+use kiloray_core::block::format::Node as StoredNode;
+
 use super::bounds::Bounds;
 
 /// What is in a slot.
@@ -15,17 +17,18 @@ pub(crate) enum Kid {
     },
 }
 
-/// Eight octants.
+/// Up to eight children.
 #[derive(Debug, Clone)]
 pub(crate) struct Node {
     pub(crate) bounds: [Bounds; 8],
     pub(crate) kids: [Kid; 8],
-    pub(crate) axes: [u8; 3],
+    /// As it is stored.
+    pub(crate) order: [u32; 4],
 }
 
 impl Node {
     pub(crate) const EMPTY: Self =
-        Self { bounds: [Bounds::EMPTY; 8], kids: [Kid::Empty; 8], axes: [0, 1, 2] };
+        Self { bounds: [Bounds::EMPTY; 8], kids: [Kid::Empty; 8], order: StoredNode::EMPTY.order };
 
     /// The nodes below, in the order of the slots.
     pub(crate) fn nodes(&self) -> impl DoubleEndedIterator<Item = (usize, u32)> {

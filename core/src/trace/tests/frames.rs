@@ -1,10 +1,10 @@
 use super::scenes::{Random, clutter, rays};
 use super::writer::{bounds, write};
-use super::{Room, check};
+use super::{Grown, check};
 use crate::block::format::{Child, Node};
 use crate::block::{BlockView, ExpandedTop, SPHERES};
 use crate::geometry::{Aabb, PreparedRay};
-use crate::trace::{BoxFrame, BoxRay, Lanes, Scalar};
+use crate::trace::{BoxFrame, BoxRay, Lanes, Met, Places, Scalar, Turn};
 
 /// Every own box's interval lies in that of its slot, as the lanes compute it.
 #[test]
@@ -21,17 +21,34 @@ pub(crate) fn enclose(lanes: impl Lanes) {
         let rays: std::vec::Vec<_> = rays.collect();
         let blocks = write(&items, 1 << 12, 4, 99);
         check(&blocks);
-        let mut room = Room::new(512);
-        for at in room.grow(&blocks).nodes() {
-            let view = BlockView::trusted(blocks.get(at.block).unwrap());
-            let node = view.node(at.node).unwrap();
+        let grown = Grown::new(&blocks, 512);
+        for (at, &(block, index)) in grown.nodes.iter().zip(&grown.from) {
+            let view = BlockView::trusted(blocks.get(block).unwrap());
+            let node = view.node(index).unwrap();
             for ray in &rays {
                 let prepared = lanes.ray(ray);
                 let frame = lanes.frame(&prepared, view.header());
-                let slots = |t0, t1, near: &mut _| lanes.slots(&frame, node, t0, t1, near);
+                let turn = Turn::of(ray);
+                let order = turn.of_node(&node.order);
+                let slots = |span, near: &mut _| {
+                    let visit = |to: Places<'_>| lanes.visit(&frame, node, turn, span, 0, to);
+                    let slot_of = |entry| turn.slot(order, entry >> 16);
+                    met(visit, slot_of, near)
+                };
                 tested += encloses(ray, &view, node, slots);
                 let frame = lanes.frame(&prepared, &ExpandedTop::FRAME);
-                let slots = |t0, t1, near: &mut _| lanes.expanded_slots(&frame, at, t0, t1, near);
+                // Children that are their slots.
+                let mut named = *at;
+                for (slot, child) in named.child.iter_mut().enumerate() {
+                    if *child != ExpandedTop::EMPTY {
+                        *child = slot as u32;
+                    }
+                }
+                let slots = |span, near: &mut _| {
+                    let visit =
+                        |to: Places<'_>| lanes.visit_expanded(&frame, &named, turn, span, to);
+                    met(visit, |entry| entry as usize, near)
+                };
                 tested += encloses(ray, &view, node, slots);
             }
         }
@@ -39,16 +56,35 @@ pub(crate) fn enclose(lanes: impl Lanes) {
     assert!(tested > 20_000, "{tested}");
 }
 
+/// The mask of the slots that a visit puts down, and where the ray enters them. They come in the order of places.
+fn met(
+    visit: impl FnOnce(Places<'_>) -> Met,
+    slot_of: impl Fn(u32) -> usize,
+    near: &mut [f32; 8],
+) -> u32 {
+    let (mut enters, mut entries) = ([f32::NAN; 8], [0; 8]);
+    let met = visit(Places { near: &mut enters, entry: &mut entries });
+    let from = 8 - met.count as usize;
+    assert!(met.count == 0 || met.first == entries[from]);
+    let mut mask = 0_u32;
+    for (&entry, &enter) in entries[from..].iter().zip(&enters[from..]) {
+        near[slot_of(entry)] = enter;
+        mask |= 1 << slot_of(entry);
+    }
+    assert_eq!(mask.count_ones(), met.count, "a slot twice");
+    mask
+}
+
 /// Holds the own boxes of a node's leaves against its slots; how many.
 fn encloses(
     ray: &PreparedRay,
     view: &BlockView<'_>,
     node: &Node,
-    slots: impl Fn(f32, f32, &mut [f32; 8]) -> u32,
+    slots: impl Fn((f32, f32), &mut [f32; 8]) -> u32,
 ) -> usize {
     let mut tested = 0;
     let mut near = [f32::NAN; 8];
-    let mask = slots(f32::NEG_INFINITY, f32::INFINITY, &mut near);
+    let mask = slots((f32::NEG_INFINITY, f32::INFINITY), &mut near);
     for (slot, &child) in node.child.iter().enumerate() {
         let Child::Leaf { first, count } = Child::decode(child) else { continue };
         for own in own_boxes(view, first, count) {
@@ -57,7 +93,7 @@ fn encloses(
             assert!(near[slot] <= interval.enter, "{ray:?} {own:?} {interval:?} {}", near[slot]);
             // It is still found by a ray that ends or begins at the interval's ends.
             for t in [interval.enter, interval.leave] {
-                assert!(slots(t, t, &mut [0.0; 8]) >> slot & 1 == 1);
+                assert!(slots((t, t), &mut [0.0; 8]) >> slot & 1 == 1);
             }
             tested += 1;
         }

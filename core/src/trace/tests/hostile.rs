@@ -1,7 +1,7 @@
 use super::scenes::{Random, clutter, rays};
 use super::writer::write;
-use super::{Resident, Room, Topped, limits};
-use crate::block::{BlockError, BlockSource, BlockView, ExpandedTop, SPHERES};
+use super::{Grown, Resident, Topped, limits};
+use crate::block::{BlockError, BlockSource, BlockView, SPHERES};
 use crate::trace::{Cursor, Scalar, TraceError, Tracer};
 
 /// Traces whatever the bytes say: it must end, without a panic.
@@ -69,12 +69,10 @@ fn any_bytes_are_a_harmless_top() {
     let items = clutter(200, SPHERES, &mut random);
     let blocks = write(&items, 1 << 10, 1, 99);
     for round in 0..2000 {
-        let mut room = Room::new(1 + random.below(40) as usize);
-        let top = room.grow(&blocks);
-        let len = (top.nodes().len(), top.refs().len());
+        let mut grown = Grown::new(&blocks, 1 + random.below(40) as usize);
         // All of it, or a byte here and there.
         for bytes in
-            [bytemuck::cast_slice_mut(&mut room.nodes), bytemuck::cast_slice_mut(&mut room.refs)]
+            [bytemuck::cast_slice_mut(&mut grown.nodes), bytemuck::cast_slice_mut(&mut grown.refs)]
         {
             let bytes: &mut [u8] = bytes;
             for byte in bytes {
@@ -83,8 +81,7 @@ fn any_bytes_are_a_harmless_top() {
                 }
             }
         }
-        let top = ExpandedTop::new(&room.nodes[..len.0], &room.refs[..len.1]);
-        trace(&mut Topped(Resident(&blocks), top), &mut random);
+        trace(&mut Topped(Resident(&blocks), grown.top()), &mut random);
     }
 }
 
@@ -125,8 +122,7 @@ fn each_kind_of_damage_has_its_error() {
         BlockView::parse(blocks.get(block).unwrap(), block, &limits(&sound)).err()
     };
     let view = BlockView::trusted(sound.get(0).unwrap());
-    let nodes = view.nodes().len();
-    let records_at = 64 + 112 * nodes;
+    let records_at = 64 + size_of_val(view.nodes());
     assert_eq!(damaged(0, 4, &[9]), Some(BlockError::Number { found: 9 }));
     assert_eq!(damaged(0, 8, &f32::NAN.to_le_bytes()), Some(BlockError::Frame));
     assert_eq!(damaged(0, 20, &3.0_f32.to_le_bytes()), Some(BlockError::Frame));
@@ -142,11 +138,15 @@ fn each_kind_of_damage_has_its_error() {
     let child = |code: u16| damaged(0, 64 + 96, &code.to_le_bytes());
     let wrong = Some(BlockError::Child { node: 0, slot: 0 });
     assert_eq!(child(0), wrong);
-    assert_eq!(child(nodes as u16), wrong);
+    assert_eq!(child(view.nodes().len() as u16), wrong);
     assert_eq!(child(0x2000), wrong);
     assert_eq!(child(0x3001), wrong);
     assert_eq!(child(0x4fff), wrong);
     assert_eq!(child(0x1fff), wrong);
+    assert_eq!(child(0x4000 | 0x8000), wrong);
+    // An order that names a slot twice.
+    let twice = damaged(0, 64 + 112, &0o77654321_u32.to_le_bytes());
+    assert_eq!(twice, Some(BlockError::Order { node: 0 }));
     // A record without a primitive, with an index or a material out of range.
     let record = Some(BlockError::Record { record: 0 });
     assert_eq!(damaged(0, records_at, &[0; 12]), record);

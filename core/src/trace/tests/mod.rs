@@ -11,10 +11,10 @@ pub(crate) mod writer;
 
 use std::vec::Vec;
 
-use bytemuck::Zeroable;
-
-use crate::block::format::Ref;
-use crate::block::{BlockLimits, BlockSource, BlockView, ExpandedNode, ExpandedTop, NoBlock};
+use crate::block::format::{Child, Ref};
+use crate::block::{
+    BlockLimits, BlockSource, BlockView, ExpandedChild, ExpandedNode, ExpandedTop, NoBlock,
+};
 use crate::geometry::{Hit, PreparedRay, Primitive, Ray};
 use writer::{Blocks, Item};
 
@@ -50,22 +50,51 @@ impl BlockSource for Topped<'_> {
     }
 }
 
-/// Room for a top.
-pub(crate) struct Room {
+/// The top of a tree: level by level, so many nodes.
+pub(crate) struct Grown {
     pub(crate) nodes: Vec<ExpandedNode>,
     pub(crate) refs: Vec<Ref>,
+    /// Where the nodes come from: block, and index in it.
+    pub(crate) from: Vec<(u32, u16)>,
 }
 
-impl Room {
-    pub(crate) fn new(nodes: usize) -> Self {
-        Self {
-            nodes: std::vec![ExpandedNode::zeroed(); nodes],
-            refs: std::vec![Ref::zeroed(); ExpandedTop::refs_of(nodes)],
+impl Grown {
+    pub(crate) fn new(blocks: &Blocks, room: usize) -> Self {
+        let mut grown = Self { nodes: std::vec![], refs: std::vec![], from: std::vec![(0, 0)] };
+        while let Some(&(block, index)) = grown.from.get(grown.nodes.len()) {
+            let view = BlockView::trusted(blocks.get(block).unwrap());
+            let node = view.node(index).unwrap();
+            let child = node.child.map(|bits| {
+                let (block, child) = match Child::decode(bits) {
+                    Child::Empty => return ExpandedChild::Empty,
+                    Child::Ref(index) => {
+                        let to = view.reference(index).unwrap();
+                        (to.block, Child::Node(to.node))
+                    }
+                    child => (block, child),
+                };
+                match child {
+                    Child::Node(node) if grown.from.len() < room => {
+                        grown.from.push((block, node));
+                        ExpandedChild::Node(grown.from.len() as u32 - 1)
+                    }
+                    // Some leaves by reference, as those of blocks with great numbers are.
+                    Child::Leaf { first, .. } if first % 3 > 0 => {
+                        ExpandedChild::Leaf { block, bits: child.encode() }
+                    }
+                    child => {
+                        grown.refs.push(Ref { block, node: child.encode(), _zero: 0 });
+                        ExpandedChild::Ref(grown.refs.len() as u32 - 1)
+                    }
+                }
+            });
+            grown.nodes.push(ExpandedNode::of(&view, node, child));
         }
+        grown
     }
 
-    pub(crate) fn grow(&mut self, blocks: &Blocks) -> ExpandedTop<'_> {
-        ExpandedTop::grow(&mut Resident(blocks), &mut self.nodes, &mut self.refs).unwrap()
+    pub(crate) fn top(&self) -> ExpandedTop<'_> {
+        ExpandedTop::new(&self.nodes, &self.refs)
     }
 }
 

@@ -8,6 +8,7 @@ use glam::Vec3;
 use crate::block::checksum;
 use crate::block::format::{
     BlockHeader, Child, FLAG_NORMALS, Node, RECORD_PRIMITIVES, RECORD_SPHERES, Record, Ref,
+    order_of,
 };
 use crate::geometry::{Aabb, Primitive};
 
@@ -132,7 +133,7 @@ struct Draft {
 
 impl Draft {
     fn bytes(&self) -> usize {
-        64 + 112 * self.nodes.len()
+        64 + size_of::<Node>() * self.nodes.len()
             + 16 * self.records.len()
             + (12 + if self.smooth { 4 } else { 0 }) * self.vertices.len()
             + 8 * self.refs.len()
@@ -205,7 +206,8 @@ pub(crate) fn write(items: &[Item], block_bytes: usize, leaf: usize, nodes_max: 
             (Some(last), Some((parent, _))) => {
                 parent + 1 >= drafts.len()
                     || last.nodes.len() >= nodes_max
-                    || last.bytes() + 112 + 8 * 8 + 8 * last.leaf_bytes(leaf) > block_bytes
+                    || last.bytes() + size_of::<Node>() + 8 * 8 + 8 * last.leaf_bytes(leaf)
+                        > block_bytes
             }
             _ => true,
         };
@@ -256,7 +258,7 @@ fn fill<'a>(
                 Tree::Leaf(items) => draft.leaf(items),
                 node @ Tree::Node { .. } => {
                     let open = todo.len() + 2;
-                    let more = draft.bytes() + 112 + open * room <= block_bytes
+                    let more = draft.bytes() + size_of::<Node>() + open * room <= block_bytes
                         && draft.nodes.len() < nodes_max;
                     if more {
                         draft.nodes.push(Node::EMPTY);
@@ -275,13 +277,17 @@ fn fill<'a>(
             };
             node.child[slot] = code.encode();
         }
-        let [a0, a1, a2] = axes.map(u16::from);
-        for (slot, bit) in [a0, a0 >> 1, a1, a1 >> 1, a2, a2 >> 1].into_iter().enumerate() {
-            node.child[slot] |= (bit & 1) << 15;
-        }
+        node.order = [0, 1, 2, 3].map(|signs| order(*axes, signs));
         draft.nodes[index] = node;
         index = draft.nodes.len() - todo.len();
     }
+}
+
+/// Octants front to back for rays that descend the axes of these bits.
+fn order([a0, a1, a2]: [u8; 3], signs: u8) -> u32 {
+    let descends = |axis: u8| signs >> axis & 1;
+    let flip = descends(a0) << 2 | descends(a1) << 1 | descends(a2);
+    order_of([0, 1, 2, 3, 4, 5, 6, 7].map(|place: u8| place ^ flip))
 }
 
 fn encode(draft: &Draft, block: u32, nesting: u16, bytes: &mut [u8]) {

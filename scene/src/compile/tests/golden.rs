@@ -35,7 +35,7 @@ fn eight_pyramids_are_eight_full_records_of_one_node() {
     assert_eq!((stats.triangles, stats.blocks, stats.nodes, stats.records), (32, 1, 1, 8));
     assert_eq!((stats.vertices, stats.refs, stats.depth, stats.nesting), (40, 0, 1, 1));
     // Header, node, records, vertices, padding.
-    assert_eq!(stats.used_bytes, 64 + 112 + 8 * 16 + 40 * 12 + 4);
+    assert_eq!(stats.used_bytes, 64 + 128 + 8 * 16 + 40 * 12 + 4);
     // Every line through the cube meets the root; each pyramid's box is 1 x 1 x 1 of 16³.
     assert!((stats.expected_nodes - 1.0).abs() < 1e-6);
     assert!((stats.expected_records - 8.0 / 256.0).abs() < 1e-6);
@@ -51,19 +51,29 @@ fn eight_pyramids_are_eight_full_records_of_one_node() {
     assert_eq!((origin, scale), ([-1.0; 3], [2f32.powi(-14); 3]));
     assert_eq!((height, nesting), (1, 1));
     let node = block.node(0).unwrap();
-    let axes = node.axes().map(usize::from);
-    let mut sorted = axes;
-    sorted.sort_unstable();
-    assert_eq!(sorted, [0, 1, 2]);
+    // 1 of 16 input units is 2048 of 32768 steps.
+    let upper = |slot: usize| {
+        let side = |axis: usize| match (node.lo[axis][slot], node.hi[axis][slot]) {
+            (0, 2048) => 0,
+            (30720, 32768) => 1,
+            other => panic!("slot {slot}, axis {axis}: {other:?}"),
+        };
+        [side(0), side(1), side(2)]
+    };
+    let mut corners = Vec::new();
     for slot in 0..8 {
         let first = slot as u16;
         assert_eq!(Child::decode(node.child[slot]), Child::Leaf { first, count: 1 });
-        for (bit, axis) in axes.into_iter().enumerate() {
-            // 1 of 16 input units is 2048 of 32768 steps.
-            let upper = slot >> (2 - bit) & 1 == 1;
-            let expected = if upper { (30720, 32768) } else { (0, 2048) };
-            assert_eq!((node.lo[axis][slot], node.hi[axis][slot]), expected, "{slot} {axis}");
-        }
+        corners.push(upper(slot));
+    }
+    corners.sort_unstable();
+    corners.dedup();
+    assert_eq!(corners.len(), 8);
+    // Whatever the axes of the cuts: the corner that the rays come from is first, the opposite one last.
+    for (signs, &order) in node.order.iter().enumerate() {
+        let near = [signs & 1, signs >> 1 & 1, 0];
+        assert_eq!(upper((order & 7) as usize), near);
+        assert_eq!(upper((order >> 21 & 7) as usize), near.map(|side| 1 - side));
     }
 }
 

@@ -3,7 +3,7 @@
 #![no_main]
 
 use core::hint::black_box;
-use kiloray_core::block::format::Child;
+use kiloray_core::block::format::{Child, is_order};
 use kiloray_core::block::{BlockLimits, BlockView};
 use kiloray_no_panic::{any, any_bytes, entry, print};
 
@@ -21,9 +21,9 @@ fn parse() {
 #[inline(never)]
 fn read(view: &BlockView<'_>) {
     black_box((view.header(), view.number(), view.nodes(), view.records(), view.vertices()));
-    black_box((view.vertex_words(), view.normals(), view.refs()));
+    black_box((view.vertex_numbers(), view.normals(), view.refs()));
     if let Some(node) = view.node(any()) {
-        black_box((node.axes(), node.child.map(Child::decode)));
+        black_box((node.order.map(is_order), node.child.map(Child::decode)));
     }
     black_box((view.record(any()), view.vertex(any::<u16>().into()), view.normal(any())));
     black_box(view.reference(any()));

@@ -1,19 +1,22 @@
-//! The expanded top of a tree: made of blocks of any bytes, and traced whatever it holds.
+//! The expanded top of a tree: traced whatever it holds.
 #![no_std]
 #![no_main]
 
 use core::hint::black_box;
-use kiloray_core::block::{Expanded, ExpandedNode, ExpandedTop, KiloView};
+use kiloray_core::block::{
+    BlockView, Expanded, ExpandedChild, ExpandedNode, ExpandedTop, KiloView,
+};
 use kiloray_core::geometry::Ray;
 use kiloray_core::trace::{Cursor, Scalar, Tracer};
 use kiloray_no_panic::{any, any_bytes, any_room, entry};
 
 entry!({
-    if let Ok(mut file) = KiloView::parse(any_bytes()) {
+    if let Ok(file) = KiloView::parse(any_bytes()) {
         let (mut nodes, mut refs) = ([any::<ExpandedNode>(); 8], [any(); 64]);
         let (nodes, refs) = (any_room(&mut nodes), any_room(&mut refs));
-        let grown = ExpandedTop::grow(&mut file, nodes, refs);
-        let _ = black_box(grown.map(|top| (top.nodes().len(), top.refs().len(), top.bytes())));
+        let view = BlockView::trusted(any_bytes());
+        let child = any::<[u32; 8]>().map(ExpandedChild::Ref);
+        black_box(ExpandedNode::of(&view, &any(), child));
         let ray = Ray { origin: any(), direction: any(), t_min: any(), t_max: any() };
         let mut source = Expanded { file, top: ExpandedTop::new(nodes, refs) };
         let cursor = &mut Cursor::new();

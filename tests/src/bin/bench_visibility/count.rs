@@ -3,10 +3,12 @@
 use std::cell::Cell;
 
 use kiloray_core::block::format::{BlockHeader, Node, Record};
-use kiloray_core::block::{BlockSource, BlockView, Expanded, ExpandedNode, ExpandedTop, NoBlock};
+use kiloray_core::block::{
+    BlockSource, BlockView, Expanded, ExpandedNode, ExpandedTop, NoBlock, Vertices,
+};
 use kiloray_core::geometry::{PreparedRay, Ray};
 use kiloray_core::trace::{
-    Crossings, Cursor, Lanes, Octants, Query, Scalar, Search, TraceError, Tracer, Verdict,
+    Crossings, Cursor, Lanes, Met, Places, Query, Scalar, Search, TraceError, Tracer, Turn, Verdict,
 };
 
 use crate::Error;
@@ -39,38 +41,35 @@ impl Lanes for Counting<'_> {
         Scalar.frame(ray, header)
     }
 
-    fn slots(
+    fn visit(
         self,
         frame: &Self::Frame,
         node: &Node,
-        t_min: f32,
-        t_max: f32,
-        near: &mut [f32; 8],
-    ) -> u32 {
+        turn: Turn,
+        span: (f32, f32),
+        tag: u32,
+        to: Places<'_>,
+    ) -> Met {
         add(&self.0.nodes);
-        Scalar.slots(frame, node, t_min, t_max, near)
+        Scalar.visit(frame, node, turn, span, tag, to)
     }
 
-    fn expanded_slots(
+    fn visit_expanded(
         self,
         frame: &Self::Frame,
         node: &ExpandedNode,
-        t_min: f32,
-        t_max: f32,
-        near: &mut [f32; 8],
-    ) -> u32 {
+        turn: Turn,
+        span: (f32, f32),
+        to: Places<'_>,
+    ) -> Met {
         add(&self.0.expanded);
-        Scalar.expanded_slots(frame, node, t_min, t_max, near)
-    }
-
-    fn flip(self, octants: &Octants, node: &Node) -> u8 {
-        Scalar.flip(octants, node)
+        Scalar.visit_expanded(frame, node, turn, span, to)
     }
 
     fn record(
         self,
         ray: &Self::Ray,
-        words: &[f32],
+        vertices: Vertices<'_>,
         record: &Record,
         t_max: f32,
         crossings: &mut Crossings,
@@ -78,7 +77,7 @@ impl Lanes for Counting<'_> {
         add(&self.0.records);
         let used = record.index.iter().filter(|[a, b, c]| a != b || b != c).count() as u64;
         self.0.candidates.set(self.0.candidates.get() + used);
-        Scalar.record(ray, words, record, t_max, crossings)
+        Scalar.record(ray, vertices, record, t_max, crossings)
     }
 }
 
@@ -101,6 +100,9 @@ impl BlockSource for Source<'_> {
     fn block(&mut self, block: u32) -> Result<BlockView<'_>, NoBlock> {
         add(&self.1.blocks);
         self.0.block(block)
+    }
+    fn holds_all(&self) -> bool {
+        self.0.holds_all()
     }
     fn top(&self) -> ExpandedTop<'_> {
         self.0.top()

@@ -1,0 +1,97 @@
+//! A ray against the eight boxes of a node.
+
+#[allow(clippy::wildcard_imports, reason = "a kernel names a hundred instructions")]
+use core::arch::x86_64::*;
+
+use kiloray_core::block::ExpandedNode;
+use kiloray_core::block::format::Node;
+
+use super::frame::{Frame, Sides};
+
+/// Where a ray enters and leaves eight boxes, by slot: it meets those that it enters no later than it leaves them.
+#[derive(Debug, Clone, Copy)]
+pub struct Hits {
+    pub(super) enter: __m256,
+    pub(super) leave: __m256,
+}
+
+/// The boxes of a node in a block.
+///
+/// # Safety
+/// The machine has AVX2 and FMA.
+#[inline(always)]
+pub(super) unsafe fn stored(frame: &Frame, node: &Node, span: (f32, f32)) -> Hits {
+    let bytes = core::ptr::from_ref(node).cast::<u8>();
+    let frame = in_place(frame);
+    let Sides { first: [fx, fy, fz], last: [lx, ly, lz] } = *frame.sides;
+    // SAFETY: by the caller. Sides are those of a table: sixteen bytes from there lie in the 96 bytes of bounds.
+    unsafe {
+        let bounds = |offset: usize| {
+            let q = _mm_loadu_si128(bytes.add(offset).cast());
+            _mm256_cvtepi32_ps(_mm256_cvtepu16_epi32(q))
+        };
+        let first = [bounds(fx), bounds(fy), bounds(fz)];
+        let last = [bounds(lx), bounds(ly), bounds(lz)];
+        hits(frame, first, last, span)
+    }
+}
+
+/// The boxes of a node of the top.
+///
+/// # Safety
+/// The machine has AVX2 and FMA.
+#[inline(always)]
+pub(super) unsafe fn expanded(frame: &Frame, node: &ExpandedNode, span: (f32, f32)) -> Hits {
+    let bytes = core::ptr::from_ref(node).cast::<u8>();
+    let Sides { first: [fx, fy, fz], last: [lx, ly, lz] } = *frame.sides;
+    // SAFETY: as above; bounds are twice as long: 32 bytes from twice those offsets lie in their 192, and are aligned as the
+    // node is.
+    unsafe {
+        let bounds = |offset: usize| _mm256_load_ps(bytes.add(2 * offset).cast());
+        let first = [bounds(fx), bounds(fy), bounds(fz)];
+        let last = [bounds(lx), bounds(ly), bounds(lz)];
+        hits(frame, first, last, span)
+    }
+}
+
+/// The same frame, of which the compiler does not know that. It would spread its numbers over nine registers on the way into a block
+/// where two nodes are visited, and keep them in memory for want of registers: a load that spreads a number costs no more than any other.
+#[inline(always)]
+fn in_place(frame: &Frame) -> &Frame {
+    let mut place = core::ptr::from_ref(frame);
+    // SAFETY: it does nothing.
+    unsafe {
+        core::arch::asm!("/* {0} */", inout(reg) place, options(nostack, preserves_flags, readonly));
+    }
+    // SAFETY: the reference that came in.
+    unsafe { &*place }
+}
+
+/// Of bounds in the order in which the ray meets them, by axis.
+///
+/// # Safety
+/// The machine has AVX2 and FMA.
+#[inline(always)]
+unsafe fn hits(
+    frame: &Frame,
+    [x0, y0, z0]: [__m256; 3],
+    [x1, y1, z1]: [__m256; 3],
+    (t_min, t_max): (f32, f32),
+) -> Hits {
+    // SAFETY: by the caller.
+    unsafe {
+        let ix = _mm256_broadcast_ss(&frame.inv[0]);
+        let iy = _mm256_broadcast_ss(&frame.inv[1]);
+        let iz = _mm256_broadcast_ss(&frame.inv[2]);
+        let x0 = _mm256_fmadd_ps(x0, ix, _mm256_broadcast_ss(&frame.near[0]));
+        let y0 = _mm256_fmadd_ps(y0, iy, _mm256_broadcast_ss(&frame.near[1]));
+        let z0 = _mm256_fmadd_ps(z0, iz, _mm256_broadcast_ss(&frame.near[2]));
+        let x1 = _mm256_fmadd_ps(x1, ix, _mm256_broadcast_ss(&frame.far[0]));
+        let y1 = _mm256_fmadd_ps(y1, iy, _mm256_broadcast_ss(&frame.far[1]));
+        let z1 = _mm256_fmadd_ps(z1, iz, _mm256_broadcast_ss(&frame.far[2]));
+        Hits {
+            enter: _mm256_max_ps(_mm256_max_ps(x0, y0), _mm256_max_ps(z0, _mm256_set1_ps(t_min))),
+            leave: _mm256_min_ps(_mm256_min_ps(x1, y1), _mm256_min_ps(z1, _mm256_set1_ps(t_max))),
+        }
+    }
+}
