@@ -33,6 +33,20 @@ fn slots_enclose_the_intervals_of_own_boxes() {
     crate::Avx512::detect().into_iter().for_each(frames::enclose);
 }
 
+#[cfg(target_arch = "x86_64")]
+#[test]
+fn groups_and_beams_enclose_the_intervals_of_own_boxes() {
+    crate::Avx2::detect().into_iter().for_each(frames::groups_enclose);
+    crate::Avx512::detect().into_iter().for_each(frames::groups_enclose);
+}
+
+#[cfg(target_arch = "x86_64")]
+#[test]
+fn lists_are_selected_from_in_their_order() {
+    crate::Avx2::detect().into_iter().for_each(frames::lists_select);
+    crate::Avx512::detect().into_iter().for_each(frames::lists_select);
+}
+
 #[test]
 fn bundles_find_the_hits_of_single_rays() {
     Auto::all().for_each(bundles::agree);

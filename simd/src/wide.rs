@@ -13,7 +13,7 @@ use kiloray_core::block::format::{BlockHeader, Node, Record};
 use kiloray_core::block::{ExpandedNode, Vertices};
 use kiloray_core::geometry::{self, PreparedRay};
 use kiloray_core::trace::{
-    BeamFrame, Corners, Crossings, Group, Lanes, Met, Part, Places, Planes, Sides, Turn, Verdict,
+    Beam, Crossings, Filled, Group, Kind, Lanes, Met, Octet, Part, Places, Quad, Row, Turn, Verdict,
 };
 
 mod boxes;
@@ -133,21 +133,93 @@ impl<P: PutDown> Lanes for Wide<P> {
         task()
     }
 
+    const TOGETHER: usize = 3;
+
     #[inline(always)]
-    fn beam(self, beam: &BeamFrame, node: &Node, t_min: f32, t_max: f32, to: &mut Planes) -> u32 {
-        // SAFETY: a value of Wide exists, so the machine has AVX2 and FMA.
-        unsafe { bundle::beam(beam, node, t_min, t_max, to) }
+    fn kind(self, ray: &geometry::Ray) -> Kind {
+        // SAFETY: a value of Wide exists, so the machine has what it takes, here and below.
+        unsafe { bundle::kind(ray) }
     }
 
     #[inline(always)]
-    fn meets(self, group: &Group, sides: &Sides) -> u32 {
+    fn fill(self, rays: &[geometry::Ray], members: &[u16], kind: Kind, to: &mut Group) -> Filled {
         // SAFETY: as above.
-        unsafe { bundle::meets(group, sides) }
+        unsafe { bundle::fill(rays, members, kind, to) }
     }
 
     #[inline(always)]
-    fn triangle(self, group: &Group, triangle: &Corners, crossings: &mut Crossings) -> Verdict {
+    fn boxes(
+        self,
+        groups: &[Group],
+        list: &[Octet],
+        count: usize,
+        planes: ([&Row; 3], [&Row; 3]),
+        met: &mut [Octet],
+    ) -> u8 {
         // SAFETY: as above.
-        unsafe { bundle::triangle(group, triangle, crossings) }
+        unsafe { bundle::boxes(groups, list, count, planes, met) }
+    }
+
+    #[inline(always)]
+    fn select(
+        self,
+        list: &[Octet],
+        met: &[Octet],
+        count: usize,
+        slot: usize,
+        to: &mut [Octet],
+    ) -> usize {
+        // SAFETY: as above.
+        unsafe { bundle::select(list, met, count, slot, to) }
+    }
+
+    #[inline(always)]
+    fn by_place(self, turn: Turn, order: u32, slots: u8) -> u8 {
+        // SAFETY: as above.
+        unsafe { put_down::by_place(turn, order, slots) }
+    }
+
+    #[inline(always)]
+    fn quad(self, vertices: Vertices<'_>, record: &Record, quad: &mut Quad) -> bool {
+        // SAFETY: as above.
+        unsafe { record::quad(vertices, record, quad) }
+    }
+
+    #[inline(always)]
+    fn quad_of(
+        self,
+        quad: &Quad,
+        group: &Group,
+        lane: usize,
+        kind: Kind,
+        to: &mut Crossings,
+    ) -> Verdict {
+        // SAFETY: as above.
+        unsafe { record::quad_of(quad, group, lane, kind, to) }
+    }
+
+    #[inline(always)]
+    fn triangle(
+        self,
+        quad: &Quad,
+        place: usize,
+        group: &Group,
+        kind: Kind,
+        to: &mut Crossings,
+    ) -> Verdict {
+        // SAFETY: as above.
+        unsafe { bundle::triangle(quad, place, group, kind, to) }
+    }
+
+    #[inline(always)]
+    fn beam(self, beam: &Beam, planes: ([&Row; 3], [&Row; 3]), enter: &mut Row) -> u8 {
+        // SAFETY: as above.
+        unsafe { bundle::beam(beam, planes, enter) }
+    }
+
+    #[inline(always)]
+    fn meets(self, group: &Group, planes: ([&Row; 3], [&Row; 3]), slot: usize) -> u8 {
+        // SAFETY: as above.
+        unsafe { bundle::meets(group, planes, slot) }
     }
 }

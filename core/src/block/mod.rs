@@ -18,7 +18,6 @@ pub use error::BlockError;
 pub use expanded::{Expanded, ExpandedChild, ExpandedNode, ExpandedTop};
 pub use file::{FileError, KiloView, Table};
 pub use source::{BlockSource, NoBlock};
-pub(crate) use view::NO_HEADER;
 pub use view::{BlockLimits, BlockView, Vertices, checksum};
 
 /// Whether this build has spheres; without them a block that holds one is refused.

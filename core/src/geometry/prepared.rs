@@ -54,12 +54,9 @@ impl PreparedRay {
     #[inline(always)]
     #[must_use]
     pub fn of(ray: &Ray) -> Option<Self> {
-        let a = ray.direction.abs();
-        // Without branches: no one foresees the axes of rays that go anywhere.
-        let (is_x, is_y) = ((a.x >= a.y) & (a.x >= a.z), a.y >= a.z);
-        let axis = u8::from(!is_x) << u8::from(!is_y);
-        let pick = |x: f32, y: f32, z: f32| select(is_x, x, select(is_y, y, z));
         let d = ray.direction;
+        let axis = Self::axis(d);
+        let pick = |x: f32, y: f32, z: f32| select(axis == 0, x, select(axis == 1, y, z));
         let (x, y, z) = (pick(d.y, d.z, d.x), pick(d.z, d.x, d.y), pick(d.x, d.y, d.z));
         let greatest = z.abs();
         let valid = ray.origin.is_finite()
@@ -83,8 +80,25 @@ impl PreparedRay {
             ),
             shear: [x / z, y / z, 1.0 / z],
             axis,
-            signs: sign(d.x) | sign(d.y) << 1 | sign(d.z) << 2,
+            signs: Self::signs(d),
         })
+    }
+
+    /// The [axis](Self#structfield.axis) of a direction. Of one with a NaN, any.
+    #[inline(always)]
+    #[must_use]
+    pub(crate) fn axis(direction: Vec3) -> u8 {
+        let a = direction.abs();
+        // Without branches: no one foresees the axes of rays that go anywhere.
+        let (is_x, is_y) = ((a.x >= a.y) & (a.x >= a.z), a.y >= a.z);
+        u8::from(!is_x) << u8::from(!is_y)
+    }
+
+    /// The [signs](Self#structfield.signs) of a direction.
+    #[inline(always)]
+    #[must_use]
+    pub(crate) fn signs(direction: Vec3) -> u8 {
+        sign(direction.x) | sign(direction.y) << 1 | sign(direction.z) << 2
     }
 
     /// A ray that hits nothing.

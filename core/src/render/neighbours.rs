@@ -4,7 +4,7 @@ use crate::shade::{PathRay, Shadow};
 use crate::trace::{BUNDLE, Bundle, BundleVisited, TraceError, Tracer, Trail};
 use glam::Vec3;
 
-/// Room for rays that are traced together, and for what they hit until it is asked for: 28 KiB.
+/// Room for rays that are traced together, and for what they hit until it is asked for: 33 KiB.
 #[derive(Debug)]
 pub struct Neighbours {
     room: Bundle,

@@ -1,128 +1,132 @@
-//! All rays of a bundle as one, in intervals.
+//! All rays of a stream as one, in intervals.
 
 use super::frame::BoxRay;
-use super::group::Row;
-use crate::block::format::{BlockHeader, Node};
+use super::group::{GROUP, Group, Row};
 
-/// Origins, and inverses of directions, from the least to the greatest of a bundle whose rays have the same signs.
+/// Origins, and inverses of directions, from the least to the greatest of rays that have the same signs: what decides for all of them that they miss a
+/// box.
 ///
 /// # Why no box test loses a hit
-/// Per axis, a ray's `t0` of a plane is `d * inv` with `d` and `inv` from the bundle's intervals; `inv` is of one sign. So it is at least the
-/// lesser of the least `d` times either end of `inv`'s interval. `d` is rounded as in [`BoxFrame`](super::BoxFrame), with the greatest of the pads.
+/// Per axis, a ray's `t0` of a plane is `d * inv` with `d` and `inv` from the intervals; `inv` is of one sign. So it is at least the lesser of
+/// the least `d` times either end of the interval of `inv`. `d` is rounded as in [`Group`], with the greatest of the pads.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Beam {
-    origin: [[f32; 3]; 2],
-    inv: [[f32; 3]; 2],
-    pad: f32,
-}
-
-/// A beam in the frame of a block: `d = q * scale + near` (or `far`) for a bound `q`.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct BeamFrame {
-    /// Size of one step.
-    pub scale: [f32; 3],
-    /// Origin of the block's frame.
-    pub origin: [f32; 3],
-    /// To be added for the bound that is met first: the lower one where `inv` is not negative.
+    /// To be subtracted from the planes that are met first, by axis.
     pub near: [f32; 3],
-    /// To be added for the other bound.
+    /// To be subtracted from the others.
     pub far: [f32; 3],
     /// Least and greatest `1 / d`.
     pub inv: [[f32; 3]; 2],
-}
-
-/// The children of a node for a bundle, by slot.
-#[derive(Debug, Clone, Copy)]
-#[repr(C, align(32))]
-pub struct Planes {
-    /// The planes met first, by axis, in scene coordinates.
-    pub near: [Row; 3],
-    /// The others.
-    pub far: [Row; 3],
-    /// Where the first ray enters.
-    pub enter: Row,
+    /// Least accepted `t`.
+    pub t_min: f32,
+    /// Greatest accepted `t`.
+    pub t_max: f32,
 }
 
 impl Beam {
     /// Of no ray.
     pub(super) const NONE: Self = Self {
-        origin: [[f32::INFINITY; 3], [f32::NEG_INFINITY; 3]],
-        inv: [[f32::INFINITY; 3], [f32::NEG_INFINITY; 3]],
-        pad: 0.0,
+        near: [0.0; 3],
+        far: [0.0; 3],
+        inv: [[1.0; 3]; 2],
+        t_min: f32::INFINITY,
+        t_max: f32::NEG_INFINITY,
     };
 
-    /// Takes in a ray.
+    /// That of the rays in these groups, which have these signs.
     #[inline(always)]
-    pub(super) fn take_in(&mut self, ray: &BoxRay) {
-        let widen = |[low, high]: &mut [[f32; 3]; 2], by: [f32; 3]| {
-            for ((low, high), x) in low.iter_mut().zip(high).zip(by) {
-                *low = if x < *low { x } else { *low };
-                *high = if x > *high { x } else { *high };
-            }
-        };
-        widen(&mut self.origin, ray.origin);
-        widen(&mut self.inv, ray.inv);
-        self.pad = if ray.pad > self.pad { ray.pad } else { self.pad };
-    }
-
-    /// In the frame of the block with this header.
-    #[inline(always)]
-    pub(super) fn frame(&self, header: &BlockHeader) -> BeamFrame {
-        let [lowest, highest] = self.origin;
-        let [[sx, sy, sz], _] = self.inv;
-        let axis = |origin: f32, low: f32, high: f32, inv: f32| {
-            let (low, high) = (origin - (high + self.pad), origin - (low - self.pad));
-            if inv < 0.0 { (high, low) } else { (low, high) }
-        };
-        let ([ox, oy, oz], [lx, ly, lz], [hx, hy, hz]) = (header.origin, lowest, highest);
-        let (nx, fx) = axis(ox, lx, hx, sx);
-        let (ny, fy) = axis(oy, ly, hy, sy);
-        let (nz, fz) = axis(oz, lz, hz, sz);
-        BeamFrame {
-            scale: header.scale,
-            origin: header.origin,
-            near: [nx, ny, nz],
-            far: [fx, fy, fz],
-            inv: self.inv,
+    #[must_use]
+    pub fn of(groups: &[Group], signs: u8) -> Self {
+        let mut beam = Self { t_max: farthest(groups), ..Self::NONE };
+        let mut t_min = [f32::INFINITY; GROUP];
+        for group in groups {
+            t_min = rows(&t_min, &group.t_min, |a, b| if a < b { a } else { b });
         }
-    }
-}
-
-impl BeamFrame {
-    /// The slots that any ray may meet between `t_min` and `t_max`: the kernel of any machine.
-    #[inline(always)]
-    pub(super) fn slots(&self, node: &Node, t_min: f32, t_max: f32, planes: &mut Planes) -> u32 {
-        let mut enter = [t_min; 8];
-        let mut leave = [t_max; 8];
-        let [low, high] = &self.inv;
-        let bounds = node.lo.iter().zip(&node.hi);
-        let frame = self.scale.iter().zip(&self.origin).zip(self.near.iter().zip(&self.far));
-        let into = planes.near.iter_mut().zip(&mut planes.far);
-        for ((((lo, hi), ((scale, origin), (near, far))), (first, last)), (low, high)) in
-            bounds.zip(frame).zip(into).zip(low.iter().zip(high))
+        beam.t_min = t_min.iter().fold(f32::INFINITY, |a, &b| if a < b { a } else { b });
+        let [least, greatest] = &mut beam.inv;
+        let mut origin = [[0.0; 2]; 3];
+        for (axis, ((least, greatest), origin)) in
+            least.iter_mut().zip(greatest).zip(&mut origin).enumerate()
         {
-            let (lo, hi) = if *low < 0.0 { (hi, lo) } else { (lo, hi) };
-            for ((enter, q), first) in enter.iter_mut().zip(lo).zip(first) {
-                let at = f32::from(*q) * scale;
-                *first = at + origin;
-                let (a, b) = ((at + near) * low, (at + near) * high);
+            [*least, *greatest] = ends(groups, |group| group.inv.get(axis));
+            *origin = ends(groups, |group| group.origin.get(axis));
+        }
+        let farther = |far: f32, [low, high]: &[f32; 2]| far.max(low.abs()).max(high.abs());
+        let pad = (origin.iter().fold(0.0, farther) + 1.01) * BoxRay::PAD;
+        let far = beam.far.iter_mut();
+        for (axis, ((near, far), [low, high])) in
+            beam.near.iter_mut().zip(far).zip(origin).enumerate()
+        {
+            let (low, high) = (low - pad, high + pad);
+            (*near, *far) = if signs >> axis & 1 == 0 { (high, low) } else { (low, high) };
+        }
+        beam
+    }
+
+    /// The boxes that any ray may meet, by slot, of which these are the planes that are met first and last; and where the first ray enters each: the kernel of
+    /// any machine.
+    #[inline(always)]
+    pub(super) fn meets(&self, (near, far): ([&Row; 3], [&Row; 3]), enter: &mut Row) -> u8 {
+        *enter = [self.t_min; 8];
+        let mut leave = [self.t_max; 8];
+        let [low, high] = &self.inv;
+        let inv = low.iter().zip(high);
+        let planes = near.iter().zip(far).zip(self.near.iter().zip(&self.far));
+        for (((first, last), (near, far)), (low, high)) in planes.zip(inv) {
+            for (enter, plane) in enter.iter_mut().zip(*first) {
+                let (a, b) = ((plane - near) * low, (plane - near) * high);
                 let t = if a < b { a } else { b };
                 *enter = if t > *enter { t } else { *enter };
             }
-            for ((leave, q), last) in leave.iter_mut().zip(hi).zip(last) {
-                let at = f32::from(*q) * scale;
-                *last = at + origin;
-                let (a, b) = ((at + far) * low, (at + far) * high);
+            for (leave, plane) in leave.iter_mut().zip(last) {
+                let (a, b) = ((plane - far) * low, (plane - far) * high);
                 let t = if a > b { a } else { b };
                 *leave = if t < *leave { t } else { *leave };
             }
         }
-        planes.enter = enter;
-        let lanes = enter.iter().zip(&leave).enumerate();
-        lanes.fold(0, |mask, (slot, (enter, leave))| mask | u32::from(enter <= leave) << slot)
+        let slots = enter.iter().zip(&leave).enumerate();
+        slots.fold(0, |mask, (slot, (enter, leave))| mask | u8::from(enter <= leave) << slot)
     }
 }
 
-impl Planes {
-    pub(super) const NONE: Self = Self { near: [[0.0; 8]; 3], far: [[0.0; 8]; 3], enter: [0.0; 8] };
+/// The greatest `t` that any ray of these groups accepts.
+#[inline(always)]
+pub(super) fn farthest(groups: &[Group]) -> f32 {
+    let mut far = [f32::NEG_INFINITY; GROUP];
+    for group in groups {
+        far = rows(&far, &group.t_max, |a, b| if a > b { a } else { b });
+    }
+    far.iter().fold(f32::NEG_INFINITY, |a, &b| if a > b { a } else { b })
+}
+
+/// The least and the greatest number of the rays of some groups.
+#[inline(always)]
+pub(super) fn ends<'g>(
+    groups: &'g [Group],
+    row: impl Fn(&'g Group) -> Option<&'g Row>,
+) -> [f32; 2] {
+    let (mut low, mut high) = ([f32::INFINITY; GROUP], [f32::NEG_INFINITY; GROUP]);
+    for group in groups {
+        let Some(row) = row(group) else { continue };
+        let places = low.iter_mut().zip(&mut high).zip(row);
+        for ((low, high), (&x, &t_min)) in
+            places.zip(&group.t_min).map(|((places, x), t)| (places, (x, t)))
+        {
+            // Lanes without a ray accept no `t`.
+            let has = t_min < f32::INFINITY;
+            *low = if has & (x < *low) { x } else { *low };
+            *high = if has & (x > *high) { x } else { *high };
+        }
+    }
+    let least = low.iter().fold(f32::INFINITY, |a, &b| if a < b { a } else { b });
+    [least, high.iter().fold(f32::NEG_INFINITY, |a, &b| if a > b { a } else { b })]
+}
+
+#[inline(always)]
+fn rows(a: &Row, b: &Row, of: impl Fn(f32, f32) -> f32) -> Row {
+    let mut to = *a;
+    for (to, &b) in to.iter_mut().zip(b) {
+        *to = of(*to, b);
+    }
+    to
 }

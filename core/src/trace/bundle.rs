@@ -1,47 +1,35 @@
-//! Bundles of up to 64 coherent rays, which visit nodes together.
+//! Bundles of up to 64 rays, which visit nodes together as far as they go the same way.
 
-use super::beam::Beam;
 use super::cursor::{Cursor, TraceError, Visited};
-use super::frame::BoxRay;
-use super::group::{Crossings, GROUP, Group};
+use super::flow::Stops;
 use super::lanes::Lanes;
 use super::query::Query;
-use super::together::{Room, Stack, together};
+use super::stream::Stream;
 use super::tracer::Search;
 use super::trail::Trail;
-use super::walk::Single;
 use crate::block::BlockSource;
-use crate::geometry::{PreparedRay, Ray};
+use crate::geometry::Ray;
 
 /// Rays of a bundle.
-pub const BUNDLE: usize = GROUP * GROUPS;
-/// Groups of a bundle.
-pub(super) const GROUPS: usize = 8;
+pub const BUNDLE: usize = 64;
 
-/// Fewer rays than this are traced one by one.
-const FEWEST: usize = 4;
-/// If the slopes along the greatest axis differ by more than this, rays are traced one by one.
-const WIDEST: f32 = 0.5;
-
-/// Room for a bundle: 22 KiB.
+/// Room for a bundle: 26 KiB.
 #[derive(Debug, Clone)]
 pub struct Bundle {
-    pub(super) rays: Rays,
-    pub(super) stack: Stack,
-    stops: Stops,
-    crossings: Crossings,
-    visited: BundleVisited,
+    /// Of groups two more than rays of one kind fill: a group has rays of one kind.
+    stream: Stream<10>,
+    stopped: Stopped,
     single: Cursor,
 }
 
 /// What rays visited together: what a machine profile turns into time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct BundleVisited {
-    /// Nodes: eight boxes each, for all rays as one.
+    /// Nodes, each for all rays that come to it.
     pub nodes: u64,
-    /// Boxes, for eight rays side by side.
+    /// Tests of a ray against eight boxes, or of eight rays against a box.
     pub boxes: u64,
-    /// Triangles, for eight rays side by side.
+    /// Tests of a ray against the four triangles of a record, or of eight rays against a triangle.
     pub triangles: u64,
     /// Blocks entered.
     pub blocks: u64,
@@ -51,36 +39,30 @@ pub struct BundleVisited {
 
 /// Where rays of a bundle wait for blocks that the source does not have.
 #[derive(Debug, Clone)]
-pub(super) struct Stops {
+struct Stopped {
     /// A bit for each ray.
-    stopped: u64,
+    rays: u64,
     trails: [Trail; BUNDLE],
 }
 
-impl Stops {
-    pub(super) fn stop(&mut self, ray: u8, trail: Trail) {
-        if let Some(place) = self.trails.get_mut(usize::from(ray)) {
-            *place = trail;
-            self.stopped |= 1 << ray;
-        }
-    }
+/// The first error is kept, and the other rays go on.
+struct Waiting<'a, E> {
+    stopped: &'a mut Stopped,
+    lacks: Option<E>,
 }
 
-/// The rays of a bundle.
-#[derive(Debug, Clone)]
-pub(super) struct Rays {
-    /// As they came.
-    pub(super) prepared: [PreparedRay; BUNDLE],
-    /// The [`kind`] of each.
-    kinds: [u8; BUNDLE],
-    /// Which ray is in a lane.
-    pub(super) order: [u8; BUNDLE],
-    pub(super) groups: [Group; GROUPS],
-    /// Bit `g`: group `g` has rays.
-    pub(super) used: u32,
-    pub(super) beam: Beam,
-    /// Least `t` of all.
-    pub(super) t_min: f32,
+impl<E> Stops<E> for Waiting<'_, E> {
+    fn lacks(&mut self, error: E) -> Result<(), E> {
+        self.lacks.get_or_insert(error);
+        Ok(())
+    }
+
+    fn stop(&mut self, ray: u16, trail: Trail) {
+        if let Some(place) = self.stopped.trails.get_mut(usize::from(ray)) {
+            *place = trail;
+            self.stopped.rays |= 1 << ray;
+        }
+    }
 }
 
 impl Default for Bundle {
@@ -93,48 +75,33 @@ impl Bundle {
     /// Room for bundles.
     #[must_use]
     pub const fn new() -> Self {
-        Self {
-            rays: Rays {
-                prepared: [PreparedRay::NONE; BUNDLE],
-                kinds: [0; BUNDLE],
-                order: [0; BUNDLE],
-                groups: [Group::NONE; GROUPS],
-                used: 0,
-                beam: Beam::NONE,
-                t_min: 0.0,
-            },
-            stack: Stack::new(),
-            stops: Stops { stopped: 0, trails: [Trail::START; BUNDLE] },
-            crossings: Crossings::NONE,
-            visited: BundleVisited::NONE,
-            single: Cursor::new(),
-        }
+        let stopped = Stopped { rays: 0, trails: [Trail::START; BUNDLE] };
+        Self { stream: Stream::new(), stopped, single: Cursor::new() }
     }
 
     /// Where a ray of the last bundle goes on, if the source has stopped it.
     #[inline]
     #[must_use]
     pub fn stopped(&self, ray: usize) -> Option<Trail> {
-        let trail = self.stops.trails.get(ray)?;
-        (self.stops.stopped >> ray & 1 == 1).then_some(*trail)
+        let trail = self.stopped.trails.get(ray)?;
+        (self.stopped.rays >> ray & 1 == 1).then_some(*trail)
     }
 
     /// The rays of the last bundle that the source has stopped, a bit each.
     #[must_use]
     pub const fn all_stopped(&self) -> u64 {
-        self.stops.stopped
+        self.stopped.rays
     }
 
     /// What was visited; counts from zero again.
     pub fn take_visited(&mut self) -> BundleVisited {
-        let single = self.single.take_visited();
-        let visited = core::mem::take(&mut self.visited);
-        BundleVisited { single: single.and(&visited.single), ..visited }
+        let visited = core::mem::take(&mut self.stream.visited);
+        BundleVisited { single: self.single.take_visited().and(&visited.single), ..visited }
     }
 }
 
 impl BundleVisited {
-    const NONE: Self = Self {
+    pub(super) const NONE: Self = Self {
         nodes: 0,
         boxes: 0,
         triangles: 0,
@@ -143,7 +110,7 @@ impl BundleVisited {
     };
 }
 
-/// A search of at most [`BUNDLE`] rays, as many together as are coherent.
+/// A search of at most [`BUNDLE`] rays, those of the same signs together.
 pub(super) struct Together;
 
 impl Search for Together {
@@ -159,130 +126,10 @@ impl Search for Together {
         rays: &[Ray],
         queries: &mut [Q],
     ) -> Result<(), TraceError<S::Error>> {
-        let Bundle { rays: bundle, stack, stops, crossings, visited, single } = room;
-        stops.stopped = 0;
-        let mut lacks = Ok(());
-        let mut left = bundle.prepare(rays);
-        while bundle.coherent(&mut left) {
-            let room = Room { stack: &mut *stack, stops: &mut *stops, crossings: &mut *crossings };
-            let lacked = together(lanes, bundle, room, visited, source, queries)?;
-            lacks = lacks.and(lacked);
-        }
-        while left.alone != 0 {
-            let i = left.alone.trailing_zeros();
-            left.alone &= left.alone - 1;
-            let (Some(ray), Some(query)) = (rays.get(i as usize), queries.get_mut(i as usize))
-            else {
-                continue;
-            };
-            match Single::<false>::run(lanes, single, source, ray, query) {
-                Err(TraceError::Source(error)) => {
-                    stops.stop(i as u8, single.trail());
-                    lacks = lacks.and(Err(error));
-                }
-                result => result?,
-            }
-        }
-        lacks.map_err(TraceError::Source)
-    }
-}
-
-/// Rays that are not in a bundle yet, a bit each.
-struct Left {
-    waiting: u64,
-    /// To be traced one by one.
-    alone: u64,
-}
-
-/// Signs and greatest axis: rays of a bundle have them in common.
-#[inline(always)]
-fn kind(ray: &PreparedRay) -> u8 {
-    ray.signs | ray.axis << 3
-}
-
-impl Rays {
-    #[inline(always)]
-    fn prepare(&mut self, rays: &[Ray]) -> Left {
-        let mut left = Left { waiting: 0, alone: 0 };
-        let places = self.prepared.iter_mut().zip(&mut self.kinds);
-        for (i, ((place, kind_of), ray)) in places.zip(rays).enumerate() {
-            let prepared = PreparedRay::new(ray);
-            *kind_of = kind(&prepared);
-            left.waiting |= u64::from(!prepared.is_none()) << i;
-            *place = prepared;
-        }
-        left
-    }
-
-    /// Makes the next bundle of what is left. `false`: there is none.
-    #[inline(always)]
-    fn coherent(&mut self, left: &mut Left) -> bool {
-        while left.waiting != 0 {
-            let first = left.waiting.trailing_zeros() as usize;
-            let kind_of = self.kinds.get(first).copied().unwrap_or(0);
-            let (mut low, mut high) = ([f32::INFINITY; 2], [f32::NEG_INFINITY; 2]);
-            let mut members = 0_u64;
-            let mut waiting = left.waiting;
-            while waiting != 0 {
-                let i = waiting.trailing_zeros();
-                waiting &= waiting - 1;
-                if self.kinds.get(i as usize) != Some(&kind_of) {
-                    continue;
-                }
-                let Some(ray) = self.prepared.get(i as usize) else { continue };
-                members |= 1 << i;
-                for ((low, high), x) in low.iter_mut().zip(&mut high).zip(ray.shear) {
-                    *low = if x < *low { x } else { *low };
-                    *high = if x > *high { x } else { *high };
-                }
-            }
-            left.waiting &= !members;
-            let wide = low.iter().zip(&high).any(|(low, high)| high - low > WIDEST);
-            if wide || (members.count_ones() as usize) < FEWEST {
-                left.alone |= members;
-            } else {
-                let wild = self.group(members);
-                left.alone |= wild;
-                if members != wild {
-                    return true;
-                }
-            }
-        }
-        false
-    }
-
-    /// Fills the groups with these rays. Those that no box test can be made for are handed back.
-    #[inline(always)]
-    fn group(&mut self, members: u64) -> u64 {
-        self.beam = Beam::NONE;
-        self.t_min = f32::INFINITY;
-        let mut waiting = members;
-        let mut wild = 0;
-        let mut place = 0;
-        while waiting != 0 {
-            let i = waiting.trailing_zeros();
-            waiting &= waiting - 1;
-            let Some(ray) = self.prepared.get(i as usize) else { continue };
-            let boxes = BoxRay::new(ray);
-            if boxes.pad == f32::INFINITY {
-                wild |= 1 << i;
-                continue;
-            }
-            let lane = place % GROUP;
-            let order = self.order.get_mut(place);
-            let (Some(group), Some(order)) = (self.groups.get_mut(place / GROUP), order) else {
-                continue;
-            };
-            if lane == 0 {
-                *group = Group::NONE;
-            }
-            group.set(lane, ray, &boxes);
-            *order = i as u8;
-            self.beam.take_in(&boxes);
-            self.t_min = if ray.t_min < self.t_min { ray.t_min } else { self.t_min };
-            place += 1;
-        }
-        self.used = (1_u32 << place.div_ceil(GROUP).min(GROUPS)) - 1;
-        wild
+        let Bundle { stream, stopped, single } = room;
+        stopped.rays = 0;
+        let mut waiting = Waiting { stopped, lacks: None };
+        stream.trace(lanes, single, source, &mut waiting, rays, queries)?;
+        waiting.lacks.map_or(Ok(()), |error| Err(TraceError::Source(error)))
     }
 }

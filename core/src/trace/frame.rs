@@ -51,6 +51,13 @@ pub struct BoxRay {
 }
 
 impl BoxRay {
+    /// Greatest magnitude of a coordinate of the origin, for boxes to decide anything.
+    pub const ORIGIN_MAX: f32 = (1_u64 << 40) as f32;
+    /// Greatest magnitude of the inverse of the direction's greatest component, and inverse of the least.
+    pub const INV_MAX: f32 = (1 << 20) as f32;
+    /// The pad is this part of the greatest magnitude of a coordinate and a little above 1.
+    pub const PAD: f32 = 32.0 * UNIT_ROUNDOFF;
+
     /// What box tests need of this ray.
     #[inline(always)]
     #[must_use]
@@ -69,10 +76,9 @@ impl BoxRay {
     #[inline(always)]
     #[must_use]
     pub fn pad(greatest: f32, least: f32) -> Option<f32> {
-        const ORIGIN_MAX: f32 = (1_u64 << 40) as f32;
-        const INV_MAX: f32 = (1 << 20) as f32;
-        let sound = greatest <= ORIGIN_MAX && (1.0 / INV_MAX..=INV_MAX).contains(&least);
-        sound.then_some((greatest + 1.01) * (32.0 * UNIT_ROUNDOFF))
+        let sound =
+            greatest <= Self::ORIGIN_MAX && (1.0 / Self::INV_MAX..=Self::INV_MAX).contains(&least);
+        sound.then_some((greatest + 1.01) * Self::PAD)
     }
 }
 

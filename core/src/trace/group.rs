@@ -1,7 +1,7 @@
 //! Eight rays side by side: a row of lanes for each number of theirs.
 
 use super::frame::BoxRay;
-use crate::geometry::{Aabb, PreparedRay};
+use crate::geometry::{PreparedRay, Ray};
 use glam::Vec3;
 
 /// Rays of a [`Group`].
@@ -10,7 +10,7 @@ pub const GROUP: usize = 8;
 /// A number of each ray.
 pub type Row = [f32; GROUP];
 
-/// Eight rays of the same signs and the same greatest axis. A lane without a ray accepts no `t`.
+/// Eight rays of the same [`Kind`]. A lane without a ray accepts no `t`.
 ///
 /// # Why no box test loses a hit
 /// As in [`BoxFrame`](super::BoxFrame), whose frame is here the scene's own: `t = plane * inv + near`. The plane is rounded once more (by `u`, as
@@ -37,22 +37,32 @@ pub struct Group {
     pub shear: [Row; 3],
 }
 
-/// A box of which the planes are known that a group meets first.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Sides {
-    /// The planes met first, by axis, in scene coordinates.
-    pub near: [f32; 3],
-    /// The others.
-    pub far: [f32; 3],
+/// The four triangles of a record, by axis.
+#[derive(Debug, Clone, Copy)]
+#[repr(C, align(32))]
+pub struct Quad {
+    /// The first vertex of each, then the second of each.
+    pub v01: [Row; 3],
+    /// The third of each.
+    pub v2: [[f32; 4]; 3],
+    /// Bit `k`: place `k` holds a triangle.
+    pub used: u32,
 }
 
-/// A triangle for a group.
-#[derive(Debug, Clone, Copy)]
-pub struct Corners {
-    /// The vertices along `kx, ky, kz`.
-    pub sheared: [[f32; 3]; 3],
-    /// Its own box, along x, y, z.
-    pub own: Aabb,
+/// The signs of a ray's direction, and its greatest axis: rays of one kind can be in one [`Group`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Kind(u8);
+
+/// Eight small numbers, one for each lane.
+pub type Octet = [u8; GROUP];
+
+/// What became of the rays that were put into a group: a bit for each lane.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Filled {
+    /// They are in it.
+    pub lanes: u8,
+    /// They are not, for no box test can be made for them.
+    pub wild: u8,
 }
 
 /// What a group hits a triangle with: of each lane that is [accepted](Verdict::accepted).
@@ -114,45 +124,128 @@ impl Group {
 
     /// The lanes that meet a box: the kernel of any machine.
     #[inline(always)]
-    pub(super) fn meets(&self, sides: &Sides) -> u32 {
+    pub(super) fn meets(&self, near: [f32; 3], far: [f32; 3]) -> u8 {
         let (mut enter, mut leave) = (self.t_min, self.t_max);
-        for axis in 0..3 {
-            let rows = (self.inv.get(axis), self.near.get(axis), self.far.get(axis));
-            let (Some(inv), Some(near), Some(far)) = rows else { continue };
-            let (Some(&first), Some(&last)) = (sides.near.get(axis), sides.far.get(axis)) else {
-                continue;
-            };
-            for ((enter, inv), near) in enter.iter_mut().zip(inv).zip(near) {
-                let t = first * inv + near;
+        let rows = self.inv.iter().zip(&self.near).zip(&self.far);
+        for (((inv, to_near), to_far), (first, last)) in rows.zip(near.iter().zip(far)) {
+            for ((enter, inv), to_near) in enter.iter_mut().zip(inv).zip(to_near) {
+                let t = first * inv + to_near;
                 *enter = if t > *enter { t } else { *enter };
             }
-            for ((leave, inv), far) in leave.iter_mut().zip(inv).zip(far) {
-                let t = last * inv + far;
+            for ((leave, inv), to_far) in leave.iter_mut().zip(inv).zip(to_far) {
+                let t = last * inv + to_far;
                 *leave = if t < *leave { t } else { *leave };
             }
         }
         let lanes = enter.iter().zip(&leave).enumerate();
-        lanes.fold(0, |mask, (lane, (enter, leave))| mask | u32::from(enter <= leave) << lane)
+        lanes.fold(0, |mask, (lane, (enter, leave))| mask | u8::from(enter <= leave) << lane)
     }
 
-    /// The greatest `t` that any lane accepts.
+    /// The boxes that a lane meets: the kernel of any machine.
     #[inline(always)]
-    pub(super) fn farthest(&self) -> f32 {
-        self.t_max.iter().fold(f32::NEG_INFINITY, |a, &b| if a > b { a } else { b })
+    pub(super) fn slots(&self, lane: usize, near: [&Row; 3], far: [&Row; 3]) -> u8 {
+        let at = |row: &Row| row.get(lane).copied().unwrap_or(0.0);
+        let mut enter = [at(&self.t_min); 8];
+        let mut leave = [at(&self.t_max); 8];
+        let rows = self.inv.iter().zip(&self.near).zip(&self.far);
+        for (((inv, to_near), to_far), (first, last)) in rows.zip(near.iter().zip(far)) {
+            let (inv, to_near, to_far) = (at(inv), at(to_near), at(to_far));
+            for (enter, plane) in enter.iter_mut().zip(*first) {
+                let t = plane * inv + to_near;
+                *enter = if t > *enter { t } else { *enter };
+            }
+            for (leave, plane) in leave.iter_mut().zip(last) {
+                let t = plane * inv + to_far;
+                *leave = if t < *leave { t } else { *leave };
+            }
+        }
+        let slots = enter.iter().zip(&leave).enumerate();
+        slots.fold(0, |mask, (slot, (enter, leave))| mask | u8::from(enter <= leave) << slot)
+    }
+
+    /// Puts rays into lanes, in their order: the kernel of any machine.
+    #[inline(always)]
+    pub(super) fn fill(&mut self, rays: &[Ray], members: &[u16]) -> Filled {
+        *self = Self::NONE;
+        let mut filled = Filled { lanes: 0, wild: 0 };
+        for (lane, &member) in members.iter().enumerate().take(GROUP) {
+            let Some(ray) = rays.get(usize::from(member)) else { continue };
+            let ray = PreparedRay::new(ray);
+            if ray.is_none() {
+                continue;
+            }
+            let boxes = BoxRay::new(&ray);
+            if boxes.pad == f32::INFINITY {
+                filled.wild |= 1 << lane;
+            } else {
+                filled.lanes |= 1 << lane;
+                self.set(lane, &ray, &boxes);
+            }
+        }
+        filled
+    }
+
+    /// The ray in a lane, prepared, of which the rest is known.
+    #[inline(always)]
+    #[must_use]
+    pub fn prepared(&self, lane: usize, kind: Kind, ray: &Ray) -> PreparedRay {
+        let at = |row: &Row| row.get(lane & (GROUP - 1)).copied().unwrap_or(0.0);
+        let ([ix, iy, iz], [sx, sy, sz]) = (&self.inv, &self.shear);
+        PreparedRay {
+            origin: ray.origin,
+            direction: ray.direction,
+            t_min: at(&self.t_min),
+            t_max: at(&self.t_max),
+            inv: Vec3::new(at(ix), at(iy), at(iz)),
+            shear: [at(sx), at(sy), at(sz)],
+            axis: kind.axis(),
+            signs: kind.signs(),
+        }
     }
 }
 
-impl Corners {
-    /// A triangle, for rays of this greatest axis.
+impl Kind {
+    /// How many there are.
+    pub(super) const COUNT: usize = 24;
+
+    /// That of a ray of these signs, as in [`PreparedRay`].
     #[inline(always)]
-    pub(super) fn new([a, b, c]: [Vec3; 3], axis: u8) -> Self {
-        let along = |v: Vec3| match axis {
-            0 => [v.y, v.z, v.x],
-            1 => [v.z, v.x, v.y],
-            _ => [v.x, v.y, v.z],
-        };
-        Self { sheared: [along(a), along(b), along(c)], own: Aabb::of_triangle([a, b, c]) }
+    #[must_use]
+    pub const fn new(signs: u8, axis: u8) -> Self {
+        Self(3 * (signs & 7) + if axis < 2 { axis } else { 2 })
     }
+
+    /// That of a ray, whatever it is.
+    #[inline(always)]
+    #[must_use]
+    pub fn of(ray: &Ray) -> Self {
+        Self::new(PreparedRay::signs(ray.direction), PreparedRay::axis(ray.direction))
+    }
+
+    /// A number below [`COUNT`](Self::COUNT).
+    #[inline(always)]
+    pub(super) const fn index(self) -> usize {
+        self.0 as usize
+    }
+
+    /// As in [`PreparedRay`].
+    #[inline(always)]
+    #[must_use]
+    pub const fn signs(self) -> u8 {
+        self.0 / 3
+    }
+
+    /// As in [`PreparedRay`].
+    #[inline(always)]
+    #[must_use]
+    pub const fn axis(self) -> u8 {
+        self.0 % 3
+    }
+}
+
+impl Quad {
+    /// No triangle.
+    pub(super) const NONE: Self = Self { v01: [[0.0; 8]; 3], v2: [[0.0; 4]; 3], used: 0 };
 }
 
 #[inline(always)]

@@ -1,5 +1,5 @@
-use super::beam::{BeamFrame, Planes};
-use super::group::{Corners, Crossings, Group, Sides, Verdict};
+use super::beam::Beam;
+use super::group::{Crossings, Filled, GROUP, Group, Kind, Octet, Quad, Row, Verdict};
 use super::stack::{Met, Places};
 use super::turn::Turn;
 use crate::block::format::{BlockHeader, Node, Record};
@@ -88,29 +88,99 @@ pub trait Lanes: Copy {
         task()
     }
 
-    /// The mask of a node's slots that any ray of a bundle may meet between `t_min` and `t_max`; `planes` get all slots. No slot may be missing, by the
-    /// argument of [`Beam`](super::Beam).
+    /// So many rays of a group, at least, are tested against a triangle together, rather than each against the four of a record.
+    const TOGETHER: usize = GROUP + 1;
+
+    /// The kind of a ray, whatever it is.
     #[inline(always)]
-    fn beam(
+    fn kind(self, ray: &Ray) -> Kind {
+        Kind::of(ray)
+    }
+
+    /// Puts rays of a kind into the lanes of a group, in their order.
+    #[inline(always)]
+    fn fill(self, rays: &[Ray], members: &[u16], _: Kind, group: &mut Group) -> Filled {
+        group.fill(rays, members)
+    }
+
+    /// Tests the first `count` rays of a list, lanes counted through all groups, against eight boxes, of which the planes are `near` and `far` that the
+    /// rays meet first and last, by axis. `met` gets the slots that each ray meets; the slots that any meets are returned.
+    ///
+    /// Slots may be among them needlessly; none may be missing, by the argument of [`Group`].
+    #[inline(always)]
+    fn boxes(
         self,
-        beam: &BeamFrame,
-        node: &Node,
-        t_min: f32,
-        t_max: f32,
-        planes: &mut Planes,
-    ) -> u32 {
-        beam.slots(node, t_min, t_max, planes)
+        groups: &[Group],
+        list: &[Octet],
+        count: usize,
+        (near, far): ([&Row; 3], [&Row; 3]),
+        met: &mut [Octet],
+    ) -> u8 {
+        let mut all = 0;
+        let places = met.as_flattened_mut().iter_mut();
+        for (&id, met) in list.as_flattened().iter().take(count).zip(places) {
+            let (group, lane) = (usize::from(id) / GROUP, usize::from(id) % GROUP);
+            *met = groups.get(group).map_or(0, |group| group.slots(lane, near, far));
+            all |= *met;
+        }
+        all
     }
 
-    /// The lanes of a group that meet a box. Lanes may be in it needlessly.
+    /// Puts those of the first `count` rays of a list into another that meet a slot. How many.
     #[inline(always)]
-    fn meets(self, group: &Group, sides: &Sides) -> u32 {
-        group.meets(sides)
+    fn select(
+        self,
+        list: &[Octet],
+        met: &[Octet],
+        count: usize,
+        slot: usize,
+        to: &mut [Octet],
+    ) -> usize {
+        let mut selected = 0;
+        let to = to.as_flattened_mut();
+        for (&id, met) in list.as_flattened().iter().zip(met.as_flattened()).take(count) {
+            if let Some(to) = to.get_mut(selected) {
+                *to = id;
+            }
+            selected += usize::from(met >> (slot & 7) & 1);
+        }
+        selected
     }
 
-    /// The lanes of a group that hit a triangle, and those that must ask [`PreparedRay::triangle`].
+    /// A mask of slots by place, in a node of this order.
     #[inline(always)]
-    fn triangle(self, _: &Group, _: &Corners, _: &mut Crossings) -> Verdict {
+    fn by_place(self, turn: Turn, order: u32, slots: u8) -> u8 {
+        turn.by_place(order, slots.into()) as u8
+    }
+
+    /// Decodes a record of triangles. `false`: it is not sound, or these lanes have no use for it.
+    #[inline(always)]
+    fn quad(self, _: Vertices<'_>, _: &Record, _: &mut Quad) -> bool {
+        false
+    }
+
+    /// [`Lanes::record`] of a record that was decoded, for a lane of a group.
+    #[inline(always)]
+    fn quad_of(self, _: &Quad, _: &Group, _lane: usize, _: Kind, _: &mut Crossings) -> Verdict {
+        Verdict { accepted: 0, doubtful: 0b1111 }
+    }
+
+    /// The lanes of a group of this kind that hit the triangle in a place of a record that was decoded, and those that must ask [`PreparedRay::triangle`].
+    #[inline(always)]
+    fn triangle(self, _: &Quad, _place: usize, _: &Group, _: Kind, _: &mut Crossings) -> Verdict {
         Verdict { accepted: 0, doubtful: 0xff }
+    }
+
+    /// The boxes that any ray of a beam may meet, by slot, and where the first ray enters each. None may be missing, by the argument of [`Beam`].
+    #[inline(always)]
+    fn beam(self, beam: &Beam, planes: ([&Row; 3], [&Row; 3]), enter: &mut Row) -> u8 {
+        beam.meets(planes, enter)
+    }
+
+    /// The lanes of a group that meet the box of a slot. Lanes may be among them needlessly; none may be missing.
+    #[inline(always)]
+    fn meets(self, group: &Group, (near, far): ([&Row; 3], [&Row; 3]), slot: usize) -> u8 {
+        let at = |rows: [&Row; 3]| rows.map(|row| row.get(slot & 7).copied().unwrap_or(0.0));
+        group.meets(at(near), at(far))
     }
 }

@@ -43,7 +43,7 @@ pub(super) fn leaf<L: Lanes, Q: Query>(
         while accepted != 0 {
             let place = accepted.trailing_zeros();
             accepted &= accepted - 1;
-            if crossed(view, record, place, crossings, t_max, query) {
+            if crossed(view, record, place, (&*crossings, place as usize), t_max, query) {
                 return true;
             }
         }
@@ -62,7 +62,7 @@ pub(super) fn leaf<L: Lanes, Q: Query>(
 
 /// Tests the triangles in these places by the definition.
 #[inline(always)]
-fn triangles<Q: Query>(
+pub(super) fn triangles<Q: Query>(
     view: &BlockView<'_>,
     record: &Record,
     mut places: u32,
@@ -79,19 +79,19 @@ fn triangles<Q: Query>(
     false
 }
 
-/// Takes the hit of a triangle that lanes have found.
+/// Takes the hit of a triangle, in a place of a record, that a lane has found.
 #[inline(always)]
-fn crossed<Q: Query>(
+pub(super) fn crossed<Q: Query>(
     view: &BlockView<'_>,
     record: &Record,
     place: u32,
-    crossings: &Crossings,
+    (crossings, lane): (&Crossings, usize),
     t_max: &mut f32,
     query: &mut Q,
 ) -> bool {
-    let place = place as usize & (GROUP - 1);
-    let at = |row: &[f32; GROUP]| row.get(place).copied().unwrap_or(0.0);
-    let (Some(&places), t) = (record.index.get(place), at(&crossings.t)) else { return false };
+    let at = |row: &[f32; GROUP]| row.get(lane & (GROUP - 1)).copied().unwrap_or(0.0);
+    let t = at(&crossings.t);
+    let Some(&places) = record.index.get(place as usize) else { return false };
     let index = places.map(|i| usize::from(record.base) + usize::from(i));
     let found = Found { view, record, index, t, b1: at(&crossings.b1), b2: at(&crossings.b2) };
     query.hit(t_max, t, &found)

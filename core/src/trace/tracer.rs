@@ -275,13 +275,7 @@ fn batch<T: Tracer, S: BlockSource, Q: Query>(
     rays: &[Ray],
     queries: &mut [Q],
 ) -> Result<(), TraceError<S::Error>> {
-    if !source.holds_all() {
-        return tracer.run::<Many, S, Q>(room, source, rays, queries);
-    }
-    for (ray, query) in rays.iter().zip(queries) {
-        tracer.run::<Single<false>, S, Q>(&mut room.single, source, ray, query)?;
-    }
-    Ok(())
+    tracer.run::<Many, S, Q>(room, source, rays, queries)
 }
 
 /// Rays and places for what they hit, as many of the one as of the other.

@@ -1,52 +1,286 @@
-//! A bundle against eight boxes, eight rays against a box or a triangle.
+//! Rays in groups: a list of them against eight boxes, one of them against the triangles of a record, eight against a triangle.
 
 #[allow(clippy::wildcard_imports, reason = "a kernel names a hundred instructions")]
 use core::arch::x86_64::*;
 
-use kiloray_core::block::format::Node;
-use kiloray_core::geometry::{DET_MAX, DET_MIN, DET_PART, PreparedRay};
-use kiloray_core::trace::{BeamFrame, Corners, Crossings, Group, Planes, Row, Sides, Verdict};
+use kiloray_core::geometry::{DET_MAX, DET_MIN, DET_PART, PreparedRay, Ray};
+use kiloray_core::trace::{
+    Beam, BoxRay, Crossings, Filled, GROUP, Group, Kind, Octet, Quad, Row, Verdict,
+};
+
+/// `Lanes::kind`.
+///
+/// # Safety
+/// The machine has AVX2.
+#[inline(always)]
+pub(super) unsafe fn kind(ray: &Ray) -> Kind {
+    const { assert!(size_of::<Ray>() == 32) };
+    // SAFETY: by the caller. A ray is eight numbers; its direction are those from the third on, and one behind them.
+    unsafe {
+        let direction = _mm_loadu_ps(core::ptr::from_ref(ray).cast::<f32>().add(3));
+        let size = _mm_andnot_ps(_mm_set1_ps(-0.0), direction);
+        // The least axis among equals.
+        let no_less = |others: __m128| _mm_cmp_ps::<_CMP_GE_OQ>(size, others);
+        let yzx = no_less(_mm_shuffle_ps::<0b11_00_10_01>(size, size));
+        let zxy = no_less(_mm_shuffle_ps::<0b11_01_00_10>(size, size));
+        let axis = _mm_movemask_ps(_mm_and_ps(yzx, zxy)).trailing_zeros() as u8;
+        Kind::new(_mm_movemask_ps(direction) as u8 & 7, axis)
+    }
+}
+
+/// `Lanes::fill`: the operations of `PreparedRay::of` and `BoxRay::new`, for eight rays at a time.
+///
+/// # Safety
+/// The machine has AVX2.
+#[inline(always)]
+pub(super) unsafe fn fill(rays: &[Ray], members: &[u16], kind: Kind, to: &mut Group) -> Filled {
+    /// No ray: it accepts no `t`.
+    static NONE: [f32; 8] = [0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 1.0, -1.0];
+    // SAFETY: by the caller; a ray is eight numbers, and so is `NONE`. Stores are of whole rows.
+    unsafe {
+        let at = |lane: usize| {
+            let ray = members.get(lane).and_then(|&i| rays.get(usize::from(i)));
+            let numbers = ray.map_or(NONE.as_ptr(), |ray| core::ptr::from_ref(ray).cast());
+            _mm256_loadu_ps(numbers)
+        };
+        let rows = transposed([at(0), at(1), at(2), at(3), at(4), at(5), at(6), at(7)]);
+        let [ox, oy, oz, dx, dy, dz, t_min, t_max] = rows;
+        let set = |x: f32| _mm256_set1_ps(x);
+        let sign = set(-0.0);
+        let size = |v: __m256| _mm256_andnot_ps(sign, v);
+        let and = |a: __m256, b: __m256| _mm256_and_ps(a, b);
+        let no_more = |a: __m256, b: __m256| _mm256_cmp_ps::<_CMP_LE_OQ>(a, b);
+        let (along_x, along_y, along_z) = match kind.axis() {
+            0 => (dy, dz, dx),
+            1 => (dz, dx, dy),
+            _ => (dx, dy, dz),
+        };
+        let sheared = match kind.axis() {
+            0 => [oy, oz, ox],
+            1 => [oz, ox, oy],
+            _ => [ox, oy, oz],
+        };
+        let greatest = size(along_z);
+        let origin = _mm256_max_ps(_mm256_max_ps(size(ox), size(oy)), size(oz));
+        // A sum is NaN or infinite if any of them is. (Finite origins may add up to infinity: such a ray gets no box anyway.)
+        let finite = |a: __m256, b: __m256, c: __m256| {
+            let most = set(f32::MAX);
+            and(and(no_more(size(a), most), no_more(size(b), most)), no_more(size(c), most))
+        };
+        let t_min = _mm256_max_ps(t_min, _mm256_setzero_ps());
+        let t_max = _mm256_min_ps(t_max, set(f32::MAX));
+        let valid = and(
+            and(finite(ox, oy, oz), finite(dx, dy, dz)),
+            and(
+                and(
+                    no_more(set(PreparedRay::DIRECTION_MIN), greatest),
+                    no_more(greatest, set(PreparedRay::DIRECTION_MAX)),
+                ),
+                no_more(t_min, t_max),
+            ),
+        );
+        let one = set(1.0);
+        let shear = [
+            _mm256_div_ps(along_x, along_z),
+            _mm256_div_ps(along_y, along_z),
+            _mm256_div_ps(one, along_z),
+        ];
+        let least = _mm256_mul_ps(greatest, set(PreparedRay::CLAMP));
+        let inv = |d: __m256| {
+            let raised = _mm256_or_ps(least, and(sign, d));
+            let small = _mm256_cmp_ps::<_CMP_LT_OQ>(size(d), least);
+            _mm256_div_ps(one, _mm256_blendv_ps(d, raised, small))
+        };
+        let inverse = size(shear[2]);
+        let sound = and(
+            no_more(origin, set(BoxRay::ORIGIN_MAX)),
+            and(
+                no_more(set(1.0 / BoxRay::INV_MAX), inverse),
+                no_more(inverse, set(BoxRay::INV_MAX)),
+            ),
+        );
+        let pad = _mm256_mul_ps(_mm256_add_ps(origin, set(1.01)), set(BoxRay::PAD));
+        for (axis, (o, d)) in [(ox, dx), (oy, dy), (oz, dz)].into_iter().enumerate() {
+            let inv = inv(d);
+            let pad = _mm256_or_ps(pad, and(sign, inv));
+            store(&mut to.inv[axis], inv);
+            let near = _mm256_mul_ps(_mm256_add_ps(o, pad), _mm256_xor_ps(inv, sign));
+            store(&mut to.near[axis], near);
+            store(&mut to.far[axis], _mm256_mul_ps(_mm256_sub_ps(pad, o), inv));
+            store(&mut to.sheared[axis], sheared[axis]);
+            store(&mut to.shear[axis], shear[axis]);
+            store(&mut to.origin[axis], o);
+        }
+        let here = and(valid, sound);
+        store(&mut to.t_min, _mm256_blendv_ps(set(f32::INFINITY), t_min, here));
+        store(&mut to.t_max, _mm256_blendv_ps(set(f32::NEG_INFINITY), t_max, here));
+        Filled {
+            lanes: _mm256_movemask_ps(here) as u8,
+            wild: _mm256_movemask_ps(_mm256_andnot_ps(sound, valid)) as u8,
+        }
+    }
+}
+
+/// Rows of what were columns.
+///
+/// # Safety
+/// The machine has AVX2.
+#[inline(always)]
+unsafe fn transposed([a, b, c, d, e, f, g, h]: [__m256; 8]) -> [__m256; 8] {
+    // SAFETY: by the caller.
+    unsafe {
+        let pair = |a: __m256, b: __m256| {
+            let low = _mm256_castps_pd(_mm256_unpacklo_ps(a, b));
+            (low, _mm256_castps_pd(_mm256_unpackhi_ps(a, b)))
+        };
+        let ((ab0, ab2), (cd0, cd2), (ef0, ef2), (gh0, gh2)) =
+            (pair(a, b), pair(c, d), pair(e, f), pair(g, h));
+        let four = |ab: __m256d, cd: __m256d| {
+            let low = _mm256_castpd_ps(_mm256_unpacklo_pd(ab, cd));
+            (low, _mm256_castpd_ps(_mm256_unpackhi_pd(ab, cd)))
+        };
+        let ((a0, a1), (a2, a3)) = (four(ab0, cd0), four(ab2, cd2));
+        let ((e0, e1), (e2, e3)) = (four(ef0, gh0), four(ef2, gh2));
+        let low = |a: __m256, e: __m256| _mm256_permute2f128_ps::<0x20>(a, e);
+        let high = |a: __m256, e: __m256| _mm256_permute2f128_ps::<0x31>(a, e);
+        [
+            low(a0, e0),
+            low(a1, e1),
+            low(a2, e2),
+            low(a3, e3),
+            high(a0, e0),
+            high(a1, e1),
+            high(a2, e2),
+            high(a3, e3),
+        ]
+    }
+}
+
+/// `Lanes::boxes`.
+///
+/// # Safety
+/// The machine has AVX2 and FMA.
+#[inline(always)]
+pub(super) unsafe fn boxes(
+    groups: &[Group],
+    list: &[Octet],
+    count: usize,
+    (near, far): ([&Row; 3], [&Row; 3]),
+    met: &mut [Octet],
+) -> u8 {
+    let [nx, ny, nz] = near;
+    let [fx, fy, fz] = far;
+    // SAFETY: by the caller; loads are of whole rows, and of lanes of groups that are there.
+    unsafe {
+        let (nx, ny, nz) = (load(nx), load(ny), load(nz));
+        let (fx, fy, fz) = (load(fx), load(fy), load(fz));
+        let mut all = 0_u64;
+        let mut left = count;
+        for (ids, met) in list.iter().zip(met).take(count.div_ceil(GROUP)) {
+            let mut ids = u64::from_le_bytes(*ids);
+            // One number, not eight: it is read as one.
+            let mut masks = 0_u64;
+            let here = left.min(GROUP);
+            for k in 0..here {
+                let (group, lane) = ((ids >> 3 & 31) as usize, (ids & 7) as usize);
+                ids >>= 8;
+                let Some(group) = groups.get(group) else { continue };
+                let at = |row: &Row| _mm256_broadcast_ss(&*row.as_ptr().add(lane));
+                let (ix, iy, iz) = (at(&group.inv[0]), at(&group.inv[1]), at(&group.inv[2]));
+                let x0 = _mm256_fmadd_ps(nx, ix, at(&group.near[0]));
+                let y0 = _mm256_fmadd_ps(ny, iy, at(&group.near[1]));
+                let z0 = _mm256_fmadd_ps(nz, iz, at(&group.near[2]));
+                let x1 = _mm256_fmadd_ps(fx, ix, at(&group.far[0]));
+                let y1 = _mm256_fmadd_ps(fy, iy, at(&group.far[1]));
+                let z1 = _mm256_fmadd_ps(fz, iz, at(&group.far[2]));
+                let enter =
+                    _mm256_max_ps(_mm256_max_ps(x0, y0), _mm256_max_ps(z0, at(&group.t_min)));
+                let leave =
+                    _mm256_min_ps(_mm256_min_ps(x1, y1), _mm256_min_ps(z1, at(&group.t_max)));
+                let mask = _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LE_OQ>(enter, leave)) as u64;
+                masks |= mask << (8 * k);
+            }
+            left -= here;
+            *met = masks.to_le_bytes();
+            all |= masks;
+        }
+        all |= all >> 32;
+        all |= all >> 16;
+        (all | all >> 8) as u8
+    }
+}
+
+/// For each mask of eight lanes, where the first come from.
+static FIRST: [Octet; 256] = first();
+
+const fn first() -> [Octet; 256] {
+    let mut table = [[0; 8]; 256];
+    let mut mask = 0;
+    while mask < 256 {
+        let (mut to, mut place) = (0, 0);
+        while place < 8 {
+            if mask >> place & 1 == 1 {
+                table[mask][to] = place as u8;
+                to += 1;
+            }
+            place += 1;
+        }
+        mask += 1;
+    }
+    table
+}
+
+/// `Lanes::select`.
+///
+/// # Safety
+/// The machine has AVX2 and BMI2.
+#[inline(always)]
+pub(super) unsafe fn select(
+    list: &[Octet],
+    met: &[Octet],
+    count: usize,
+    slot: usize,
+    to: &mut [Octet],
+) -> usize {
+    let bits = 0x0101_0101_0101_0101 << (slot & 7);
+    let chunks = count.div_ceil(GROUP).min(to.len());
+    let to = to.as_flattened_mut().as_mut_ptr();
+    let mut end = 0;
+    for (ids, met) in list.iter().zip(met).take(chunks) {
+        // SAFETY: by the caller. `to` has as many chunks as are read, and before this one no more was put down than was read: eight bytes fit in.
+        unsafe {
+            // Behind the list no bit is set.
+            let here = _pext_u64(u64::from_le_bytes(*met), bits);
+            let ids = _mm_loadl_epi64(ids.as_ptr().cast());
+            let from = _mm_loadl_epi64(FIRST[here as usize & 255].as_ptr().cast());
+            _mm_storel_epi64(to.add(end).cast(), _mm_shuffle_epi8(ids, from));
+            end += here.count_ones() as usize;
+        }
+    }
+    end
+}
 
 /// `Lanes::beam`.
 ///
 /// # Safety
 /// The machine has AVX2 and FMA.
 #[inline(always)]
-pub(super) unsafe fn beam(
-    beam: &BeamFrame,
-    node: &Node,
-    t_min: f32,
-    t_max: f32,
-    planes: &mut Planes,
-) -> u32 {
-    // SAFETY: by the caller; loads and stores are of whole rows.
+pub(super) unsafe fn beam(beam: &Beam, (near, far): ([&Row; 3], [&Row; 3]), to: &mut Row) -> u8 {
+    // SAFETY: by the caller; loads and the store are of whole rows.
     unsafe {
-        let mut enter = _mm256_set1_ps(t_min);
-        let mut leave = _mm256_set1_ps(t_max);
-        let bounds = |q: &[u16; 8]| {
-            _mm256_cvtepi32_ps(_mm256_cvtepu16_epi32(_mm_loadu_si128(q.as_ptr().cast())))
-        };
-        let [low, high] = &beam.inv;
+        let set = |x: f32| _mm256_set1_ps(x);
+        let (mut enter, mut leave) = (set(beam.t_min), set(beam.t_max));
         for axis in 0..3 {
-            let negative = low[axis] < 0.0;
-            let lo = node.lo[axis].as_ptr();
-            let hi = node.hi[axis].as_ptr();
-            let (first, last) = if negative { (hi, lo) } else { (lo, hi) };
-            let (first, last) = (bounds(&*first.cast()), bounds(&*last.cast()));
-            let scale = _mm256_set1_ps(beam.scale[axis]);
-            let origin = _mm256_set1_ps(beam.origin[axis]);
-            let (low, high) = (_mm256_set1_ps(low[axis]), _mm256_set1_ps(high[axis]));
-            store(&mut planes.near[axis], _mm256_fmadd_ps(first, scale, origin));
-            store(&mut planes.far[axis], _mm256_fmadd_ps(last, scale, origin));
-            let first = _mm256_fmadd_ps(first, scale, _mm256_set1_ps(beam.near[axis]));
-            let last = _mm256_fmadd_ps(last, scale, _mm256_set1_ps(beam.far[axis]));
-            let t0 = _mm256_min_ps(_mm256_mul_ps(first, low), _mm256_mul_ps(first, high));
-            let t1 = _mm256_max_ps(_mm256_mul_ps(last, low), _mm256_mul_ps(last, high));
-            enter = _mm256_max_ps(enter, t0);
-            leave = _mm256_min_ps(leave, t1);
+            let (low, high) = (set(beam.inv[0][axis]), set(beam.inv[1][axis]));
+            let first = _mm256_sub_ps(load(near[axis]), set(beam.near[axis]));
+            let last = _mm256_sub_ps(load(far[axis]), set(beam.far[axis]));
+            let first = _mm256_min_ps(_mm256_mul_ps(first, low), _mm256_mul_ps(first, high));
+            let last = _mm256_max_ps(_mm256_mul_ps(last, low), _mm256_mul_ps(last, high));
+            enter = _mm256_max_ps(enter, first);
+            leave = _mm256_min_ps(leave, last);
         }
-        store(&mut planes.enter, enter);
-        _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LE_OQ>(enter, leave)) as u32
+        store(to, enter);
+        _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LE_OQ>(enter, leave)) as u8
     }
 }
 
@@ -55,21 +289,25 @@ pub(super) unsafe fn beam(
 /// # Safety
 /// The machine has AVX2 and FMA.
 #[inline(always)]
-pub(super) unsafe fn meets(group: &Group, sides: &Sides) -> u32 {
-    // SAFETY: by the caller; loads are of whole rows.
+pub(super) unsafe fn meets(group: &Group, (near, far): ([&Row; 3], [&Row; 3]), slot: usize) -> u8 {
+    let slot = slot & 7;
+    // SAFETY: by the caller; loads are of whole rows, and of one of eight slots.
     unsafe {
-        let at = |axis: usize, plane: f32, row: &Row| {
-            _mm256_fmadd_ps(_mm256_set1_ps(plane), load(&group.inv[axis]), load(row))
+        let at = |axis: usize, planes: [&Row; 3], row: &Row| {
+            let plane = _mm256_broadcast_ss(&*planes[axis].as_ptr().add(slot));
+            _mm256_fmadd_ps(plane, load(&group.inv[axis]), load(row))
         };
-        let near = |axis: usize| at(axis, sides.near[axis], &group.near[axis]);
-        let far = |axis: usize| at(axis, sides.far[axis], &group.far[axis]);
+        let first = |axis: usize| at(axis, near, &group.near[axis]);
+        let last = |axis: usize| at(axis, far, &group.far[axis]);
         let enter = _mm256_max_ps(
-            _mm256_max_ps(near(0), near(1)),
-            _mm256_max_ps(near(2), load(&group.t_min)),
+            _mm256_max_ps(first(0), first(1)),
+            _mm256_max_ps(first(2), load(&group.t_min)),
         );
-        let leave =
-            _mm256_min_ps(_mm256_min_ps(far(0), far(1)), _mm256_min_ps(far(2), load(&group.t_max)));
-        _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LE_OQ>(enter, leave)) as u32
+        let leave = _mm256_min_ps(
+            _mm256_min_ps(last(0), last(1)),
+            _mm256_min_ps(last(2), load(&group.t_max)),
+        );
+        _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LE_OQ>(enter, leave)) as u8
     }
 }
 
@@ -78,25 +316,50 @@ pub(super) unsafe fn meets(group: &Group, sides: &Sides) -> u32 {
 /// # Safety
 /// The machine has AVX2 and FMA.
 #[inline(always)]
-pub(super) unsafe fn triangle(group: &Group, corners: &Corners, out: &mut Crossings) -> Verdict {
-    // SAFETY: by the caller; loads and stores are of whole rows.
+pub(super) unsafe fn triangle(
+    quad: &Quad,
+    place: usize,
+    group: &Group,
+    kind: Kind,
+    out: &mut Crossings,
+) -> Verdict {
+    let place = place & 3;
+    // SAFETY: by the caller; loads and stores are of whole rows, and of places that are there.
     unsafe {
         let set = |x: f32| _mm256_set1_ps(x);
         let sign = set(-0.0);
         let magnitude = |x: __m256| _mm256_andnot_ps(sign, x);
         let zero = _mm256_setzero_ps();
-        let [ox, oy, oz] = &group.sheared;
+        let [ox, oy, oz] = &group.origin;
+        let (ox, oy, oz) = (load(ox), load(oy), load(oz));
+        let from = |at: usize| {
+            let from = |axis: usize, o: __m256| {
+                let row = if at < 2 {
+                    quad.v01[axis].as_ptr().add(4 * at)
+                } else {
+                    quad.v2[axis].as_ptr()
+                };
+                _mm256_sub_ps(_mm256_broadcast_ss(&*row.add(place)), o)
+            };
+            [from(0, ox), from(1, oy), from(2, oz)]
+        };
+        let (from0, from1, from2) = (from(0), from(1), from(2));
         let [sx, sy, sz] = &group.shear;
         let (sx, sy) = (load(sx), load(sy));
         // Step 1; `z` is not yet multiplied.
-        let sheared = |v: &[f32; 3]| {
-            let z = _mm256_sub_ps(set(v[2]), load(oz));
-            let x = _mm256_sub_ps(_mm256_sub_ps(set(v[0]), load(ox)), _mm256_mul_ps(sx, z));
-            let y = _mm256_sub_ps(_mm256_sub_ps(set(v[1]), load(oy)), _mm256_mul_ps(sy, z));
+        let axis = kind.axis();
+        let sheared = |[x, y, z]: [__m256; 3]| {
+            let (x, y, z) = match axis {
+                0 => (y, z, x),
+                1 => (z, x, y),
+                _ => (x, y, z),
+            };
+            let x = _mm256_sub_ps(x, _mm256_mul_ps(sx, z));
+            let y = _mm256_sub_ps(y, _mm256_mul_ps(sy, z));
             (x, y, z)
         };
-        let [v0, v1, v2] = &corners.sheared;
-        let ((x0, y0, z0), (x1, y1, z1), (x2, y2, z2)) = (sheared(v0), sheared(v1), sheared(v2));
+        let ((x0, y0, z0), (x1, y1, z1), (x2, y2, z2)) =
+            (sheared(from0), sheared(from1), sheared(from2));
         // Step 2.
         let u = _mm256_sub_ps(_mm256_mul_ps(x2, y1), _mm256_mul_ps(y2, x1));
         let v = _mm256_sub_ps(_mm256_mul_ps(x0, y2), _mm256_mul_ps(y0, x2));
@@ -143,9 +406,10 @@ pub(super) unsafe fn triangle(group: &Group, corners: &Corners, out: &mut Crossi
             _mm256_mul_ps(b2, z(z2)),
         );
         // Step 5.
-        let (min, max) = (corners.own.min.to_array(), corners.own.max.to_array());
-        let low = |axis: usize| _mm256_sub_ps(set(min[axis]), load(&group.origin[axis]));
-        let high = |axis: usize| _mm256_sub_ps(set(max[axis]), load(&group.origin[axis]));
+        // Rounding is monotone: the least of the differences is the difference of the least.
+        let low = |axis: usize| _mm256_min_ps(_mm256_min_ps(from0[axis], from1[axis]), from2[axis]);
+        let high =
+            |axis: usize| _mm256_max_ps(_mm256_max_ps(from0[axis], from1[axis]), from2[axis]);
         let ends = [(low(0), high(0)), (low(1), high(1)), (low(2), high(2))];
         // Not `map`: compiled for any machine, it is no part of this function unless it is inlined, and passes vectors in memory.
         let far = |(l, h): (__m256, __m256)| _mm256_max_ps(magnitude(l), magnitude(h));

@@ -52,6 +52,25 @@ const NONE: Met = Met { count: 0, first: 0 };
 /// By which slots come down from a word, forward and backward: place `k` lies `SHIFTS[_][k]` bits up.
 static SHIFTS: [[u32; 8]; 2] = [[0, 3, 6, 9, 12, 15, 18, 21], [21, 18, 15, 12, 9, 6, 3, 0]];
 
+/// `Lanes::by_place`.
+///
+/// # Safety
+/// The machine has AVX2.
+#[inline(always)]
+pub(super) unsafe fn by_place(turn: Turn, order: u32, slots: u8) -> u8 {
+    // SAFETY: by the caller; the load is of eight numbers.
+    unsafe {
+        let shifts = &SHIFTS[usize::from(turn.is_backward())];
+        let shifts = _mm256_loadu_si256(shifts.as_ptr().cast());
+        let slot = _mm256_srlv_epi32(_mm256_set1_epi32(order as i32), shifts);
+        let slot = _mm256_and_si256(slot, _mm256_set1_epi32(7));
+        // The bit of the slot becomes the sign.
+        let top = _mm256_sub_epi32(_mm256_set1_epi32(31), slot);
+        let met = _mm256_sllv_epi32(_mm256_set1_epi32(slots.into()), top);
+        _mm256_movemask_ps(_mm256_castsi256_ps(met)) as u8
+    }
+}
+
 /// Slots in the order of a ray.
 struct Ordered {
     enter: __m256,

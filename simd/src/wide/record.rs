@@ -6,7 +6,7 @@ use core::arch::x86_64::*;
 use kiloray_core::block::Vertices;
 use kiloray_core::block::format::Record;
 use kiloray_core::geometry::{DET_MAX, DET_MIN, DET_PART, PreparedRay};
-use kiloray_core::trace::{Crossings, Verdict};
+use kiloray_core::trace::{Crossings, Group, Kind, Quad, Row, Verdict};
 
 /// A ray along the axes `kx, ky, kz`.
 #[derive(Debug, Clone, Copy)]
@@ -100,6 +100,25 @@ pub(super) unsafe fn record(
         else {
             return Verdict { accepted: 0, doubtful: 0b1111 };
         };
+        hits(ray, &Sheared { from01, from2, x01, y01, x2, y2 }, || used(record), t_max, out)
+    }
+}
+
+/// Steps 2 to 5.
+///
+/// # Safety
+/// The machine has AVX2.
+#[inline(always)]
+unsafe fn hits(
+    ray: &Along,
+    vertices: &Sheared,
+    used: impl FnOnce() -> u32,
+    t_max: f32,
+    out: &mut Crossings,
+) -> Verdict {
+    // SAFETY: by the caller.
+    unsafe {
+        let &Sheared { x01, y01, x2, y2, .. } = vertices;
         // Step 2.
         let (x0, x1) = (low(x01), high(x01));
         let (y0, y1) = (low(y01), high(y01));
@@ -117,8 +136,101 @@ pub(super) unsafe fn record(
         if crossing == 0 {
             return Verdict { accepted: 0, doubtful: 0 };
         }
-        let sheared = Sheared { from01, from2, x01, y01, x2, y2 };
-        crossed(ray, record, &sheared, &Edges { u, v, w }, crossing, t_max, out)
+        let crossing = crossing & used();
+        if crossing == 0 {
+            return Verdict { accepted: 0, doubtful: 0 };
+        }
+        crossed(ray, vertices, &Edges { u, v, w }, crossing, t_max, out)
+    }
+}
+
+/// `Lanes::quad_of`.
+///
+/// # Safety
+/// The machine has AVX2.
+#[inline(always)]
+pub(super) unsafe fn quad_of(
+    quad: &Quad,
+    group: &Group,
+    lane: usize,
+    kind: Kind,
+    out: &mut Crossings,
+) -> Verdict {
+    let lane = lane & 7;
+    let [kx, ky, kz] = AXES[usize::from(kind.axis())];
+    // SAFETY: by the caller; a lane is one of eight, loads are of whole arrays.
+    unsafe {
+        let at = |row: &Row| *row.get_unchecked(lane);
+        let origin = [at(&group.sheared[0]), at(&group.sheared[1]), at(&group.sheared[2]), 0.0];
+        let shear = [at(&group.shear[0]), at(&group.shear[1]), at(&group.shear[2])];
+        let inv = [at(&group.inv[kx]), at(&group.inv[ky]), at(&group.inv[kz]), 0.0];
+        let ray =
+            Along { origin, shear, inv, t_min: at(&group.t_min), permute: _mm_setzero_si128() };
+        let set = |x: f32| _mm256_set1_ps(x);
+        let long = |k: usize| _mm256_load_ps(quad.v01[k].as_ptr());
+        let x = _mm256_sub_ps(long(kx), set(origin[0]));
+        let y = _mm256_sub_ps(long(ky), set(origin[1]));
+        let z = _mm256_sub_ps(long(kz), set(origin[2]));
+        let from01 = [x, y, z];
+        let x01 = _mm256_sub_ps(x, _mm256_mul_ps(set(shear[0]), z));
+        let y01 = _mm256_sub_ps(y, _mm256_mul_ps(set(shear[1]), z));
+        let set = |x: f32| _mm_set1_ps(x);
+        let short = |k: usize| _mm_load_ps(quad.v2[k].as_ptr());
+        let x = _mm_sub_ps(short(kx), set(origin[0]));
+        let y = _mm_sub_ps(short(ky), set(origin[1]));
+        let z = _mm_sub_ps(short(kz), set(origin[2]));
+        let x2 = _mm_sub_ps(x, _mm_mul_ps(set(shear[0]), z));
+        let y2 = _mm_sub_ps(y, _mm_mul_ps(set(shear[1]), z));
+        let sheared = Sheared { from01, from2: [x, y, z], x01, y01, x2, y2 };
+        hits(&ray, &sheared, || quad.used, at(&group.t_max), out)
+    }
+}
+
+/// `kx, ky, kz` by `kz`.
+static AXES: [[usize; 3]; 3] = [[1, 2, 0], [2, 0, 1], [0, 1, 2]];
+
+/// `Lanes::quad`.
+///
+/// # Safety
+/// The machine has AVX2.
+#[inline(always)]
+pub(super) unsafe fn quad(vertices: Vertices<'_>, record: &Record, to: &mut Quad) -> bool {
+    // SAFETY: as in `sheared`.
+    unsafe {
+        let Some(count) = vertices.count().checked_sub(1 + usize::from(record.base)) else {
+            return false;
+        };
+        let last = _mm_set1_epi8(count.min(255) as i8);
+        let bytes = _mm_loadu_si128(core::ptr::from_ref(record).cast());
+        let within = _mm_cmpeq_epi8(_mm_max_epu8(bytes, last), last);
+        if _mm_movemask_epi8(within) & 0xfff != 0xfff {
+            return false;
+        }
+        let words = vertices.words().as_ptr().add(3 * usize::from(record.base));
+        let at = |i: u8| words.add(3 * usize::from(i));
+        let record = apart(record);
+        let pair = |place: usize| {
+            let [a, b, _] = record.index[place];
+            let both = _mm256_castps128_ps256(_mm_loadu_ps(at(a)));
+            _mm256_insertf128_ps::<1>(both, _mm_loadu_ps(at(b)))
+        };
+        let (p0, p1, p2, p3) = (pair(0), pair(1), pair(2), pair(3));
+        let double = |v: __m256| _mm256_castps_pd(v);
+        let single = |v: __m256d| _mm256_castpd_ps(v);
+        let (xy01, xy23) = (double(_mm256_unpacklo_ps(p0, p1)), double(_mm256_unpacklo_ps(p2, p3)));
+        let (z01, z23) = (double(_mm256_unpackhi_ps(p0, p1)), double(_mm256_unpackhi_ps(p2, p3)));
+        _mm256_store_ps(to.v01[0].as_mut_ptr(), single(_mm256_unpacklo_pd(xy01, xy23)));
+        _mm256_store_ps(to.v01[1].as_mut_ptr(), single(_mm256_unpackhi_pd(xy01, xy23)));
+        _mm256_store_ps(to.v01[2].as_mut_ptr(), single(_mm256_unpacklo_pd(z01, z23)));
+        let third = |place: usize| _mm_loadu_ps(at(record.index[place][2]));
+        let (p0, p1, p2, p3) = (third(0), third(1), third(2), third(3));
+        let (xy01, xy23) = (_mm_unpacklo_ps(p0, p1), _mm_unpacklo_ps(p2, p3));
+        let (z01, z23) = (_mm_unpackhi_ps(p0, p1), _mm_unpackhi_ps(p2, p3));
+        _mm_store_ps(to.v2[0].as_mut_ptr(), _mm_movelh_ps(xy01, xy23));
+        _mm_store_ps(to.v2[1].as_mut_ptr(), _mm_movehl_ps(xy23, xy01));
+        _mm_store_ps(to.v2[2].as_mut_ptr(), _mm_movelh_ps(z01, z23));
+        to.used = used(record);
+        true
     }
 }
 
@@ -145,17 +257,12 @@ unsafe fn high(v: __m256) -> __m128 {
 #[inline(always)]
 unsafe fn crossed(
     ray: &Along,
-    record: &Record,
     vertices: &Sheared,
     &Edges { u, v, w }: &Edges,
     crossing: u32,
     t_max: f32,
     out: &mut Crossings,
 ) -> Verdict {
-    let crossing = crossing & used(record);
-    if crossing == 0 {
-        return Verdict { accepted: 0, doubtful: 0 };
-    }
     // SAFETY: by the caller.
     unsafe {
         let &Sheared { from01, from2, x01, y01, x2, y2 } = vertices;

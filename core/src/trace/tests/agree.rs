@@ -3,6 +3,7 @@ use std::vec::Vec;
 use super::scenes::{Random, clutter, no_rays, rays};
 use super::writer::{Blocks, Item, write};
 use super::{Grown, OneFrame, Resident, Topped, brute, check, sort};
+use crate::block::ExpandedTop;
 use crate::block::{BlockSource, NoBlock, SPHERES};
 use crate::geometry::{Hit, Ray};
 use crate::trace::{Batch, Cursor, Scalar, Tracer};
@@ -30,7 +31,7 @@ fn compare(tracer: impl Tracer, blocks: &Blocks, items: &[Item], rays: &[Ray]) {
         assert_eq!(tracer.closest(&mut cursor, &mut cached, ray), Ok(closest));
     }
     assert!(cached.fetches > 0);
-    batches(tracer, blocks, items, rays);
+    batches(tracer, blocks, &tops, items, rays);
 }
 
 /// Every way of asking gives the hits that are expected.
@@ -54,8 +55,14 @@ fn asks(
     assert_eq!(all, expected);
 }
 
-/// Batches give what single rays give, from a source that has all and from one that has one.
-fn batches(tracer: impl Tracer, blocks: &Blocks, items: &[Item], rays: &[Ray]) {
+/// Batches give what single rays give: from a source that has all, from the top of its tree, and from a source that has one block.
+fn batches(
+    tracer: impl Tracer,
+    blocks: &Blocks,
+    tops: &[ExpandedTop<'_>],
+    items: &[Item],
+    rays: &[Ray],
+) {
     let expected: Vec<Option<Hit>> =
         rays.iter().map(|ray| brute(items, ray).first().copied()).collect();
     let any: Vec<bool> = expected.iter().map(Option::is_some).collect();
@@ -71,6 +78,15 @@ fn batches(tracer: impl Tracer, blocks: &Blocks, items: &[Item], rays: &[Ray]) {
         assert_eq!(hits, expected[..part]);
         tracer.any_batch(&mut room, &mut OneFrame::new(blocks), rays, &mut found).unwrap();
         assert_eq!(found, any[..part]);
+    }
+    let (mut hits, mut found) = (std::vec![None; rays.len()], std::vec![true; rays.len()]);
+    for &top in tops {
+        tracer
+            .closest_batch(&mut room, &mut Topped(Resident(blocks), top), rays, &mut hits)
+            .unwrap();
+        assert_eq!(hits, expected);
+        tracer.any_batch(&mut room, &mut Topped(Resident(blocks), top), rays, &mut found).unwrap();
+        assert_eq!(found, any);
     }
 }
 

@@ -10,7 +10,7 @@ use super::writer::{Blocks, write};
 use super::{OneFrame, Resident};
 use crate::block::{BlockSource, BlockView, SPHERES};
 use crate::geometry::{Hit, Ray};
-use crate::trace::{BUNDLE, Bundle, Cursor, Scalar, Tracer};
+use crate::trace::{BUNDLE, Batch, Bundle, Cursor, Scalar, Tracer};
 
 #[test]
 fn bundles_find_the_hits_of_single_rays() {
@@ -65,15 +65,24 @@ pub(crate) fn agree(tracer: impl Tracer) {
         let bundles: Vec<Vec<Ray>> = leads.iter().map(|r| neighbours(r, &mut random)).collect();
         for (bytes, leaf, nodes) in [(1 << 10, 1, 1), (1 << 12, 4, 99), (1 << 14, 3, 999)] {
             let blocks = write(&items, bytes, leaf, nodes);
+            let (mut all, mut expected) = (std::vec![], std::vec![]);
             for rays in &bundles {
-                together += compare(tracer, &blocks, rays);
+                let found = compare(tracer, &blocks, rays);
+                together += found.iter().filter(|hit| hit.is_some()).count();
+                expected.extend(found);
+                all.extend_from_slice(rays);
             }
+            // Bundle behind bundle, they are a batch: of some rays that go the same way, and others.
+            let mut hits = std::vec![None; all.len()];
+            let (room, source) = (&mut Batch::new(), &mut Resident(&blocks));
+            tracer.closest_batch(room, source, &all, &mut hits).unwrap();
+            assert_eq!(hits, expected);
         }
     }
     assert!(together > 1000, "too few rays hit anything: {together}");
 }
 
-fn compare(tracer: impl Tracer, blocks: &Blocks, rays: &[Ray]) -> usize {
+fn compare(tracer: impl Tracer, blocks: &Blocks, rays: &[Ray]) -> Vec<Option<Hit>> {
     let (mut cursor, mut room) = (Cursor::new(), Bundle::new());
     let single = |ray| tracer.closest(&mut cursor, &mut Resident(blocks), ray).unwrap();
     let expected: Vec<Option<Hit>> = rays.iter().map(single).collect();
@@ -107,7 +116,7 @@ fn compare(tracer: impl Tracer, blocks: &Blocks, rays: &[Ray]) -> usize {
         room.take_visited()
     };
     assert_eq!(visited(&mut room), visited(&mut Bundle::new()));
-    any.iter().filter(|&&any| any).count()
+    expected
 }
 
 /// Has some of the blocks.

@@ -1,10 +1,10 @@
 use super::scenes::{Random, clutter, rays};
 use super::writer::{bounds, write};
 use super::{Grown, check};
-use crate::block::format::{Child, Node};
+use crate::block::format::{Child, Node, order_of};
 use crate::block::{BlockView, ExpandedTop, SPHERES};
 use crate::geometry::{Aabb, PreparedRay};
-use crate::trace::{BoxFrame, BoxRay, Lanes, Met, Places, Scalar, Turn};
+use crate::trace::{Beam, BoxFrame, BoxRay, GROUP, Group, Kind, Lanes, Met, Places, Scalar, Turn};
 
 /// Every own box's interval lies in that of its slot, as the lanes compute it.
 #[test]
@@ -54,6 +54,105 @@ pub(crate) fn enclose(lanes: impl Lanes) {
         }
     }
     assert!(tested > 20_000, "{tested}");
+}
+
+/// So do those of groups and of beams.
+#[test]
+fn groups_and_beams_enclose_the_intervals_of_own_boxes() {
+    groups_enclose(Scalar);
+}
+
+pub(crate) fn groups_enclose(lanes: impl Lanes) {
+    let mut tested = 0;
+    for seed in 0..6 {
+        let mut random = Random(seed);
+        let items = clutter(100, SPHERES, &mut random);
+        let mut rays = rays(&items, 400, &mut random);
+        rays.sort_by_key(|ray| lanes.kind(ray));
+        let blocks = write(&items, 1 << 12, 4, 99);
+        let grown = Grown::new(&blocks, 512);
+        for rays in rays.chunk_by(|a, b| lanes.kind(a) == lanes.kind(b)) {
+            assert!(rays.iter().all(|ray| lanes.kind(ray) == Kind::of(ray)));
+            for (rays, members) in rays.chunks(GROUP).map(|rays| (rays, [0, 1, 2, 3, 4, 5, 6, 7])) {
+                let kind = Kind::of(&rays[0]);
+                let (mut group, mut plain) = (Group::NONE, Group::NONE);
+                let filled = lanes.fill(rays, &members[..rays.len()], kind, &mut group);
+                assert_eq!(filled, Scalar.fill(rays, &members[..rays.len()], kind, &mut plain));
+                let beam = Beam::of(&[group], kind.signs());
+                let mut prepared = std::vec![];
+                for (lane, ray) in
+                    rays.iter().enumerate().filter(|(i, _)| filled.lanes >> i & 1 == 1)
+                {
+                    let ray = PreparedRay::new(ray);
+                    assert_eq!(group.prepared(lane, kind, &rays[lane]), ray);
+                    prepared.push((lane, ray));
+                }
+                for (at, &(block, index)) in grown.nodes.iter().zip(&grown.from) {
+                    let view = BlockView::trusted(blocks.get(block).unwrap());
+                    let node = view.node(index).unwrap();
+                    let (mut near, mut far) = (at.lo, at.hi);
+                    for axis in (0..3).filter(|axis| kind.signs() >> axis & 1 == 1) {
+                        core::mem::swap(&mut near[axis], &mut far[axis]);
+                    }
+                    let planes = (near.each_ref(), far.each_ref());
+                    for &(lane, ref ray) in &prepared {
+                        let slots = |(t_min, t_max): (f32, f32), near: &mut [f32; 8]| {
+                            let mut group = group;
+                            (group.t_min[lane], group.t_max[lane]) = (t_min, t_max);
+                            let mut met = [[0; GROUP]];
+                            let list = [[lane as u8, 0, 0, 0, 0, 0, 0, 0]];
+                            let any = lanes.boxes(&[group], &list, 1, planes, &mut met);
+                            assert_eq!(met, [[any, 0, 0, 0, 0, 0, 0, 0]]);
+                            let beam = Beam { t_min, t_max, ..beam };
+                            let mut mask = lanes.beam(&beam, planes, near);
+                            for slot in 0..8 {
+                                let meets = lanes.meets(&group, planes, slot) >> lane & 1;
+                                assert!(any >> slot & 1 == meets, "{ray:?} {slot}");
+                                mask &= !(u8::from(meets == 0) << slot);
+                            }
+                            mask.into()
+                        };
+                        tested += encloses(ray, &view, node, slots);
+                    }
+                }
+            }
+        }
+    }
+    assert!(tested > 5000, "{tested}");
+}
+
+/// Lists keep those that meet a slot, in their order.
+#[test]
+fn lists_are_selected_from_in_their_order() {
+    lists_select(Scalar);
+}
+
+pub(crate) fn lists_select(lanes: impl Lanes) {
+    let mut random = Random(3);
+    for _ in 0..2000 {
+        let count = random.below(41) as usize;
+        let (mut list, mut met, mut to) = ([[0; GROUP]; 5], [[0; GROUP]; 5], [[99; GROUP]; 5]);
+        let places = list.as_flattened_mut().iter_mut().zip(met.as_flattened_mut());
+        for (i, (id, met)) in places.enumerate().take(count) {
+            (*id, *met) = ((i * 7 % 256) as u8, random.below(256) as u8);
+        }
+        let slot = random.below(8);
+        let expected: std::vec::Vec<u8> = (list.as_flattened().iter().zip(met.as_flattened()))
+            .filter(|(_, met)| **met >> slot & 1 == 1)
+            .map(|(&id, _)| id)
+            .collect();
+        let selected = lanes.select(&list, &met, count, slot as usize, &mut to);
+        assert_eq!(to.as_flattened()[..selected], expected);
+        let order = order_of([3, 1, 4, 0, 5, 7, 2, 6]);
+        let slots = random.below(256) as u8;
+        for signs in 0..8 {
+            let turn = Turn::of(&PreparedRay { signs, ..PreparedRay::NONE });
+            let places = lanes.by_place(turn, order, slots);
+            for place in 0..8 {
+                assert_eq!(places >> place & 1, slots >> turn.slot(order, place) & 1);
+            }
+        }
+    }
 }
 
 /// The mask of the slots that a visit puts down, and where the ray enters them. They come in the order of places.
