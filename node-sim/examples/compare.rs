@@ -126,7 +126,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let plain = begin.elapsed().as_secs_f64();
     let report = &outcome.report;
     let same = outcome.picture.pixels == picture.pixels;
-    println!("{} blocks; complete {}, same {same}", file.blocks(), outcome.complete);
+    println!("{} blocks; complete {}, same {same}", file.blocks(), outcome.is_complete());
     println!("wall: mesh {mesh:.3} s, plain {plain:.3} s, ratio {:.3}", mesh / plain);
     let all = report.virtual_ns as f64 * f64::from(report.mesh.nodes);
     println!(

@@ -95,12 +95,4 @@ pub enum Error {
         /// Why.
         cause: rayon::ThreadPoolBuildError,
     },
-    /// Nothing can happen any more, and the picture is not complete: a mistake of ours.
-    #[error("nothing moves at {virtual_ns} ns, with {missing} pixels missing")]
-    Stuck {
-        /// When \[ns\].
-        virtual_ns: u64,
-        /// Pixels that are not there.
-        missing: u64,
-    },
 }

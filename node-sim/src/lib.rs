@@ -25,7 +25,7 @@ pub use error::Error;
 #[doc(no_inline)]
 pub use kiloray_render::MeshOptions;
 pub use options::{Control, Crash, Faults, Link, Options, Rate, Slow, Status, Switching};
-pub use outcome::Outcome;
+pub use outcome::{End, Outcome};
 pub use plan::{MeshPlan, NodeShare, plan};
 pub use profile::Profile;
 pub use report::{

@@ -36,11 +36,11 @@ pub struct Profile {
     pub together: bool,
     /// Beginning a ray in a bundle.
     pub bundle_ray: f64,
-    /// A tree node for a bundle: eight boxes.
+    /// A tree node for a bundle.
     pub bundle_node: f64,
-    /// A box for eight rays of a bundle.
+    /// A ray of a bundle against eight boxes, or eight rays against a box.
     pub bundle_box: f64,
-    /// A triangle for eight rays of a bundle.
+    /// A ray of a bundle against the triangles of a record, or eight rays against a triangle.
     pub bundle_triangle: f64,
     /// Shading a hit.
     pub shading: f64,
@@ -117,8 +117,8 @@ impl Profile {
             ("a shadow ray, begun or gone on with", self.shadow_ray),
             ("beginning a ray among others", self.bundle_ray),
             ("a node of the tree, for rays together", self.bundle_node),
-            ("a box, for eight rays together", self.bundle_box),
-            ("a triangle, for eight rays together", self.bundle_triangle),
+            ("boxes, for rays together", self.bundle_box),
+            ("triangles, for rays together", self.bundle_triangle),
             ("shading a hit", self.shading),
             ("estimating a light", self.light),
             ("making a shadow ray", self.light_sample),

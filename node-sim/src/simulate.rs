@@ -17,8 +17,8 @@ use crate::check::check;
 use crate::pace::layout;
 use crate::run::{Actor, Run, RunSettings};
 use crate::{
-    Control, Error, LineReport, MeshReport, MessageReport, NodeReport, Options, Outcome, Report,
-    Status, Totals,
+    Control, End, Error, LineReport, MeshReport, MessageReport, NodeReport, Options, Outcome,
+    Report, Status, Totals,
 };
 
 /// Events after which the caller is told how far the run is; more, where there are many nodes to look at.
@@ -94,18 +94,11 @@ pub fn simulate(
     let end = match pool {
         Some(pool) => pool.install(|| drive(&mut run, control)),
         None => drive(&mut run, control),
-    }?;
+    };
     run.settle();
     let report = report(&mut run, options, &mesh, &layout);
     let ledger = &run.host.actor.ledger;
-    Ok(Outcome {
-        picture: ledger.picture(),
-        complete: ledger.is_complete(),
-        lost: if end == End::Lost { ledger.lost() } else { None },
-        overflows: ledger.overflows(),
-        division,
-        report,
-    })
+    Ok(Outcome { picture: ledger.picture(), end, overflows: ledger.overflows(), division, report })
 }
 
 /// Threads for the nodes of a mesh, if there are several of both.
@@ -119,21 +112,9 @@ fn pool(options: &Options, mesh: &Mesh) -> Result<Option<ThreadPool>, Error> {
     Ok(Some(pool).filter(|pool| pool.current_num_threads() > 1))
 }
 
-/// How a run ended.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum End {
-    Complete,
-    Cancelled,
-    /// A block has no living copy.
-    Lost,
-}
-
 type SimulatedRun<'m, W> = Run<'m, Node<'m, W>, HostEnd<'m>>;
 
-fn drive<'m, W: World + Send>(
-    run: &mut SimulatedRun<'m, W>,
-    control: &Control<'_>,
-) -> Result<End, Error> {
+fn drive<'m, W: World + Send>(run: &mut SimulatedRun<'m, W>, control: &Control<'_>) -> End {
     let nodes = run.nodes.len() as u64;
     let patience = EVENTS_PER_PIXEL * nodes.max(64);
     let pause = EVENTS_PER_STATUS.max(EVENTS_PER_NODE * nodes);
@@ -146,15 +127,15 @@ fn drive<'m, W: World + Send>(
             (pixels, since, since_ns) = (done, run.events, run.now);
         }
         if ledger.is_complete() {
-            return Ok(End::Complete);
+            return End::Complete;
         }
-        if ledger.lost().is_some() {
-            return Ok(End::Lost);
+        if let Some(block) = ledger.lost() {
+            return End::Lost(block);
         }
         if run.events - told >= pause {
             told = run.events;
             if control.cancel.load(Ordering::Relaxed) {
-                return Ok(End::Cancelled);
+                return End::Cancelled;
             }
             (control.progress)(&Status {
                 pixels: done,
@@ -166,8 +147,7 @@ fn drive<'m, W: World + Send>(
         }
         let in_vain = run.events - since > patience && run.now - since_ns > since_ns;
         if !moves || in_vain {
-            let missing = ledger.pixels() - done;
-            return Err(Error::Stuck { virtual_ns: run.now, missing });
+            return End::Stuck;
         }
     }
 }

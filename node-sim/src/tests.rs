@@ -48,7 +48,7 @@ fn reference(file: &KiloFile, options: &Options) -> kiloray_render::Picture {
 /// Runs, and compares the pictures bit by bit.
 fn same(file: &KiloFile, options: &Options) -> Outcome {
     let outcome = run(file, options).expect("it runs");
-    assert!(outcome.complete && outcome.lost.is_none());
+    assert!(outcome.is_complete() && outcome.lost().is_none());
     let bits = |picture: &kiloray_render::Picture| -> Vec<[u32; 3]> {
         picture.pixels.iter().map(|pixel| pixel.map(f32::to_bits)).collect()
     };
@@ -230,8 +230,8 @@ fn a_block_without_a_living_copy_is_named() {
     let mut options = options(&file, "mesh:3x3", 9);
     options.faults.crashes = vec![Crash { node: NodeId(4), at: 0 }];
     let outcome = run(&file, &options).expect("it runs");
-    assert!(!outcome.complete);
-    let lost = outcome.lost.expect("a block is named");
+    assert!(!outcome.is_complete());
+    let lost = outcome.lost().expect("a block is named");
     assert_eq!(outcome.report.nodes.len(), 9);
     assert!(lost > 0 && lost < file.view().blocks());
 }
@@ -250,7 +250,7 @@ fn a_lost_block_is_named_soon() {
                 holders.map(|node| Crash { node: NodeId(node % nodes as u16), at: 0 }).collect();
             let layout = crate::pace::layout(&file.view(), &options).expect("a plan");
             let outcome = run(&file, &options).expect("it runs");
-            assert!(outcome.lost.is_some());
+            assert!(outcome.lost().is_some());
             let (time, patience) = (outcome.report.virtual_ns, layout.settings.patience.0);
             assert!(time < 4 * patience, "{shape} {loss:?}: {time} ns, {patience}");
         }
@@ -338,7 +338,7 @@ proptest! {
     fn any_run_ends_with_the_picture((file, options) in any_run()) {
         match run(file, &options) {
             Ok(outcome) => {
-                prop_assert!(outcome.complete, "lost {:?}", outcome.lost);
+                prop_assert!(outcome.is_complete(), "lost {:?}", outcome.lost());
                 prop_assert!(outcome.picture.pixels == reference(file, &options).pixels);
             }
             // The least memories are too small for some of the packets.
@@ -410,7 +410,7 @@ fn a_cancelled_run_gives_what_is_rendered() {
     };
     let control = Control { cancel: &cancel, progress: &stop };
     let outcome = simulate(&file.view(), &options, &control).expect("it runs");
-    assert!(!outcome.complete && outcome.lost.is_none());
+    assert!(!outcome.is_complete() && outcome.lost().is_none());
     let reference = reference(&file, &options);
     let pixels = outcome.picture.pixels.iter().zip(&reference.pixels);
     assert!(pixels.clone().all(|(a, b)| a == b || *a == [0.0; 3]));
@@ -428,7 +428,7 @@ fn groups_lose_no_tile() {
     (options.mesh.tile, options.mesh.group) = (Some(4), 64);
     let outcome = run(&file, &options).expect("it runs");
     let sent: u64 = outcome.report.nodes.iter().map(|node| node.counts.sent.tile.count).sum();
-    assert!(outcome.complete);
+    assert!(outcome.is_complete());
     assert_eq!(outcome.report.tiles.given_again, 0);
     assert!(sent < 12 * 4096, "{sent} messages about tiles");
 }

@@ -227,7 +227,7 @@ fn check(file: &KiloFile, options: &Options) -> Result<End, String> {
     if time > if much { LONGEST_OF_MUCH_LOSS } else { LONGEST } {
         return Err(format!("it takes {time} ns"));
     }
-    if let Some(block) = outcome.lost {
+    if let Some(block) = outcome.lost() {
         let placement = Placement {
             dealing: options.mesh.dealing,
             blocks: file.view().blocks(),
@@ -242,11 +242,11 @@ fn check(file: &KiloFile, options: &Options) -> Result<End, String> {
             .find(|&n| placement.holds(NodeId(n), block) && !died(n));
         return match alive {
             Some(node) => Err(format!("block {block} counts as lost, but node {node} has it")),
-            None if outcome.complete => Err("it is complete, and a block is lost".into()),
+            None if outcome.is_complete() => Err("it is complete, and a block is lost".into()),
             None => Ok(End::Lost),
         };
     }
-    if !outcome.complete {
+    if !outcome.is_complete() {
         return Err("it is not complete, and says not why".into());
     }
     let MeshOptions { width, height, settings, .. } = options.mesh;

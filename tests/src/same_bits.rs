@@ -207,10 +207,10 @@ fn compare(scene: &Scene, options: &Options) -> Result<u64, String> {
     let control = Control { cancel: &cancel, progress: &progress };
     let outcome = simulate(&scene.file.view(), options, &control).map_err(|e| e.to_string())?;
     let report = &outcome.report;
-    if let Some(block) = outcome.lost {
+    if let Some(block) = outcome.lost() {
         return Err(format!("block {block} counts as lost"));
     }
-    if !outcome.complete {
+    if !outcome.is_complete() {
         return Err(format!(
             "it takes more than {} ms of virtual time",
             report.virtual_ns / 1_000_000

@@ -127,11 +127,8 @@ impl Why {
 }
 
 /// Says that the picture is not complete, and why.
-pub(super) fn incomplete(page: &mut Page, lost: Option<u32>, why: Why) {
-    page.warning(match lost {
-        Some(block) => format!("The picture is incomplete: {}.", why.lost(block)),
-        None => "The picture is incomplete: the run was stopped.".into(),
-    });
+pub(super) fn incomplete(page: &mut Page, why: &str) {
+    page.warning(format!("The picture is incomplete: {why}."));
 }
 
 /// What a node takes beside the memory that it divides.

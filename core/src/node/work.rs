@@ -63,11 +63,11 @@ pub struct Work {
     pub shadow_rays: u64,
     /// Rays begun together.
     pub bundle_rays: u64,
-    /// Tree nodes visited by rays together: eight boxes each, for all rays as one.
+    /// Tree nodes visited by rays together, each once for all of them.
     pub bundle_nodes: u64,
-    /// Boxes tested by eight rays side by side.
+    /// Tests of a ray against eight boxes, or of eight rays against a box.
     pub bundle_boxes: u64,
-    /// Triangles tested by eight rays side by side.
+    /// Tests of a ray against the triangles of a record, or of eight rays against a triangle.
     pub bundle_triangles: u64,
     /// Hits shaded: their material, children and choice of lights.
     pub shadings: u64,

@@ -17,7 +17,9 @@ use core::fmt;
 /// 2. Fragments are written to [`incoming`](Self::incoming); [`arrived`](Self::arrived) ends it: *cached*.
 /// 3. A frame taken for [`Claim::Demand`] stays until its first [`get`](Self::get); one for
 ///    [`Claim::Prefetch`] may leave at any time.
-/// 4. The oldest task may [`protect`](Self::protect) frames, but never all: one is always left for what is needed next.
+///
+/// Nothing else keeps a frame. A task runs in one block at a time, and what the oldest one still needs is the block that its ray waits for, which 3 keeps:
+/// that it protects further frames (dissertation, 4.5) is needed where a task holds several at once.
 ///
 /// # Invariants
 /// A block has at most one frame. The owned range has none.
@@ -60,7 +62,7 @@ pub enum Claim {
     Prefetch,
 }
 
-/// No frame can be had now: all are on their way, unused or protected.
+/// No frame can be had now: all are on their way or unused.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct CacheFull;
 
@@ -205,37 +207,18 @@ impl<'a> BlockCache<'a> {
         }
     }
 
-    /// Keeps a block's frame until [`unprotect`](Self::unprotect). For the oldest task only. `false` if the block has
-    /// no frame, or no other frame would be left.
-    pub fn protect(&mut self, block: u32) -> bool {
-        match self.table.find(block) {
-            Some(frame) if self.table.can_protect(frame) => {
-                self.table.protect(frame);
-                true
-            }
-            _ => false,
-        }
-    }
-
-    /// Ends the protection of a block's frame.
-    pub fn unprotect(&mut self, block: u32) {
-        if let Some(frame) = self.table.find(block) {
-            self.table.unprotect(frame);
-        }
-    }
-
     /// Keeps the frame of a block, the last one too.
     #[cfg(test)]
     pub(crate) fn pin(&mut self, block: u32, pins: bool) {
         if let Some(frame) = self.table.find(block).filter(|_| pins) {
-            self.table.protect(frame);
+            self.table.pin(frame);
         }
     }
 
     /// Keeps none any more.
     #[cfg(test)]
     pub(crate) fn unpin(&mut self) {
-        self.table.unprotect_all();
+        self.table.unpin();
     }
 
     /// All of it but what it counts.

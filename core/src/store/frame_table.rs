@@ -33,8 +33,9 @@ const TAKEN: u32 = 1;
 const ON_ITS_WAY: u32 = 2;
 /// Not to be evicted before its first use.
 const UNUSED: u32 = 4;
-/// Not to be evicted before it is unprotected.
-const PROTECTED: u32 = 8;
+/// Not to be evicted, against the rules.
+#[cfg(test)]
+const PINNED: u32 = 8;
 
 impl FrameEntry {
     const FREE: Self = Self { block: 0, older: FrameId::NONE, newer: FrameId::NONE, state: 0 };
@@ -60,7 +61,7 @@ pub const fn frame_table_bytes(frames: usize) -> usize {
 ///
 /// The index is a hash table with linear probing (Knuth, TAOCP 3, 6.4, algorithms L and R: a removal
 /// moves later entries back, so there are no tombstones and a search stays short for ever). Frames
-/// that may leave are linked from newest to oldest; what is protected, unused or on its way
+/// that may leave are linked from newest to oldest; what is unused or on its way
 /// is in no list. As long as no block had to leave, the newest is the one that came last: where all blocks fit, to use one costs nothing.
 #[derive(Debug)]
 pub(super) struct FrameTable<'a> {
@@ -195,25 +196,6 @@ impl<'a> FrameTable<'a> {
         Some(frame)
     }
 
-    /// Keeps a frame from eviction until [`Self::unprotect`].
-    pub(super) fn protect(&mut self, frame: FrameId) {
-        self.set(frame, PROTECTED, 0);
-    }
-
-    /// Ends the protection.
-    pub(super) fn unprotect(&mut self, frame: FrameId) {
-        self.set(frame, 0, PROTECTED);
-    }
-
-    /// Whether `protect` would leave some other frame to a new block.
-    pub(super) fn can_protect(&self, frame: FrameId) -> bool {
-        match self.entries.get(frame.index()).map(|e| e.state) {
-            Some(TAKEN) => self.available() > 1,
-            Some(state) => state & PROTECTED != 0 || self.available() > 0,
-            None => false,
-        }
-    }
-
     /// Sets and clears bits of a state, and enters or leaves the list as the result says.
     fn set(&mut self, frame: FrameId, bits: u32, clear: u32) {
         let Some(entry) = self.entries.get_mut(frame.index()) else { return };
@@ -230,9 +212,16 @@ impl<'a> FrameTable<'a> {
         }
     }
 
+    /// Keeps a frame from eviction: a rule that tests break.
     #[cfg(test)]
-    pub(super) fn unprotect_all(&mut self) {
-        (0..self.entries.len() as u32).for_each(|frame| self.unprotect(FrameId(frame)));
+    pub(super) fn pin(&mut self, frame: FrameId) {
+        self.set(frame, PINNED, 0);
+    }
+
+    /// Keeps none any more.
+    #[cfg(test)]
+    pub(super) fn unpin(&mut self) {
+        (0..self.entries.len() as u32).for_each(|frame| self.set(FrameId(frame), 0, PINNED));
     }
 
     /// All of it.

@@ -19,7 +19,8 @@ pub(super) fn page(run: &Run<'_>, shown: &Shown<'_>) -> String {
     let named = run.mesh();
     let mut page = Page::new(&format!("{} on {named}", run.scene.name));
     if !outcome.complete {
-        mesh::incomplete(&mut page, outcome.lost, Why::NoneAnswers);
+        let why = outcome.lost.map(|block| Why::NoneAnswers.lost(block));
+        mesh::incomplete(&mut page, why.as_deref().unwrap_or("interrupted"));
     }
     page.cards(&cards(run));
     page.raw("<div class=\"beside\"><div>\n");

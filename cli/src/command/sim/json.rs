@@ -21,9 +21,9 @@ impl Run<'_> {
         let mut report = json!({
             "version": env!("CARGO_PKG_VERSION"),
             "options": self.options_json(),
-            "complete": outcome.complete,
+            "complete": outcome.is_complete(),
             "profile_source": self.options.profile.source,
-            "lost_block": outcome.lost,
+            "lost_block": outcome.lost(),
             "image_hash": self.done.image_hash,
             "image_hash_kind": "blake3",
             "width": picture.width,

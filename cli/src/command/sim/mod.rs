@@ -15,7 +15,7 @@ mod trace;
 
 use std::{path::PathBuf, sync::atomic::Ordering};
 
-use kiloray_sim::{LineReport, LinkReport, Options, Report};
+use kiloray_sim::{End, LineReport, LinkReport, Options, Report};
 
 use self::{cut::Cut, lost::bounds};
 pub(super) use self::{
@@ -73,7 +73,7 @@ pub(super) fn run(sim: &args::Sim) -> Outcome {
         let at_once = common.threads != Some(1);
         run::run(&scene, &options, !sim.no_baseline, at_once, cancel, quiet)?
     };
-    let complete = done.outcome.complete;
+    let complete = done.outcome.is_complete();
     let output = if complete { output } else { output.incomplete() };
     let path = output.path().to_owned();
     let saved = picture::save(&done.outcome.picture, Format::of(&path)?, common.exposure, output)?;
@@ -100,20 +100,26 @@ pub(super) fn run(sim: &args::Sim) -> Outcome {
     if !quiet && !to_standard {
         summary::print(&run, &path)?;
     }
-    match (complete, done.outcome.lost) {
-        (true, _) if cancel.load(Ordering::Relaxed) => {
+    match why_incomplete(done.outcome.end) {
+        Some(why) => {
+            Err(Failure::new(format_args!("{why}; what was rendered is in {}", path.display())))
+        }
+        None if cancel.load(Ordering::Relaxed) => {
             Err(Failure::new("interrupted; the picture is complete, the efficiency is not known"))
         }
-        (true, _) => Ok(()),
-        (false, Some(block)) => Err(Failure::new(format_args!(
-            "{}; what was rendered is in {}",
-            Why::NoneLives.lost(block),
-            path.display()
-        ))),
-        (false, None) => Err(Failure::new(format_args!(
-            "interrupted; what was rendered is in {}",
-            path.display()
-        ))),
+        None => Ok(()),
+    }
+}
+
+/// Why there is no picture, or only a part of one.
+pub(super) fn why_incomplete(end: End) -> Option<String> {
+    match end {
+        End::Complete => None,
+        End::Cancelled => Some("interrupted".into()),
+        End::Lost(block) => Some(Why::NoneLives.lost(block)),
+        End::Stuck => {
+            Some("nothing moves any more, a mistake of Kiloray: please report the command".into())
+        }
     }
 }
 

@@ -80,7 +80,7 @@ pub(in crate::command) fn baseline(options: &Options) -> Outcome<Options> {
 pub(in crate::command) fn refused(error: Error) -> Failure {
     match error {
         Error::Budget(error) => engine::too_small(&error),
-        Error::Stuck { .. } | Error::Arena(_) => Failure::new(error),
+        Error::Arena(_) => Failure::new(error),
         other => Failure::usage(other),
     }
 }

@@ -4,14 +4,14 @@ mod links;
 mod maps;
 mod time;
 
-use super::{Run, cut::link_name, lines, lost::lost, summary};
+use super::{Run, cut::link_name, lines, lost::lost, summary, why_incomplete};
 use crate::{
     chart::Layout,
     command::{
         division,
         html::Shown,
         latencies::latencies,
-        mesh::{self, Why, part},
+        mesh::{self, part},
     },
     console::{bytes, count, duration, percent, rate},
     page::{Bar, Page},
@@ -23,8 +23,8 @@ pub(super) fn page(run: &Run<'_>, shown: &Shown<'_>) -> String {
     let report = &outcome.report;
     let mut page = Page::new(&format!("{} on {}", run.scene.name, run.topology));
     page.soft(summary::mesh(run));
-    if !outcome.complete {
-        mesh::incomplete(&mut page, outcome.lost, Why::NoneLives);
+    if let Some(why) = why_incomplete(outcome.end) {
+        mesh::incomplete(&mut page, &why);
     }
     page.cards(&cards(run));
     page.raw("<div class=\"beside\"><div>\n");

@@ -45,7 +45,7 @@ impl Done {
 
     /// T1 / (nodes × TN), where both are known.
     pub(in crate::command) fn efficiency(&self) -> Option<f64> {
-        let baseline = self.baseline.as_ref().filter(|_| self.outcome.complete)?;
+        let baseline = self.baseline.as_ref().filter(|_| self.outcome.is_complete())?;
         Some(lost::efficiency(&self.outcome.report, baseline))
     }
 }
@@ -70,7 +70,7 @@ pub(super) fn run(
         let second = now.map(begin);
         let result = mesh(scene, options, cancel, quiet);
         let mesh_s = start.elapsed().as_secs_f64();
-        if !matches!(&result, Ok(outcome) if outcome.complete) {
+        if !matches!(&result, Ok(outcome) if outcome.is_complete()) {
             is_over.store(true, Ordering::Relaxed);
         }
         let baseline = second.or_else(|| later.map(begin)).and_then(|thread| {
@@ -137,5 +137,5 @@ pub(in crate::command) fn measured(
     let outcome = simulate(&scene.file.view(), one, control)?;
     let report = &outcome.report;
     let baseline = Baseline { virtual_ns: report.virtual_ns, time: report.totals.time };
-    Ok(outcome.complete.then_some(baseline))
+    Ok(outcome.is_complete().then_some(baseline))
 }

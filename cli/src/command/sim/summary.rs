@@ -21,7 +21,7 @@ pub(super) fn print(run: &Run<'_>, path: &Path) -> Outcome {
         outcome.picture.width,
         outcome.picture.height,
         run.options.mesh.settings.samples,
-        if outcome.complete { "" } else { "; INCOMPLETE" },
+        if outcome.is_complete() { "" } else { "; INCOMPLETE" },
     ))?;
     line(format_args!("mesh       {}", mesh(run)))?;
     line(format_args!("time       {}", time(run)))?;

@@ -10,7 +10,7 @@ fn topology(text: &str, nodes: u32) -> Topology {
 }
 
 /// A page and JSON of a report made by hand, by a command line.
-fn with_run<T>(line: &str, complete: bool, what: impl FnOnce(&Run<'_>) -> T) -> T {
+fn with_run<T>(line: &str, end: End, what: impl FnOnce(&Run<'_>) -> T) -> T {
     let words = ["kiloray", "sim", "cornell", "--width=4", "--height=4"];
     let words = words.into_iter().chain(line.split_whitespace());
     let command = args::Arguments::try_parse_from(words).unwrap().command;
@@ -19,8 +19,7 @@ fn with_run<T>(line: &str, complete: bool, what: impl FnOnce(&Run<'_>) -> T) -> 
     let options = options(&sim, &scene).unwrap();
     let report = fixture::report(&options.mesh.topology);
     let picture = Picture { width: 4, height: 4, pixels: vec![[0.5; 3]; 16] };
-    let outcome =
-        Outcome { picture, complete, lost: None, overflows: 0, division: options.mesh, report };
+    let outcome = Outcome { picture, end, overflows: 0, division: options.mesh, report };
     let time = NodeTime { trace: 2_000_000, ..NodeTime::default() };
     let done = Done {
         outcome,
@@ -34,7 +33,7 @@ fn with_run<T>(line: &str, complete: bool, what: impl FnOnce(&Run<'_>) -> T) -> 
 
 #[test]
 fn what_is_lost_and_efficiency_make_one() {
-    with_run("--nodes 16", true, |run| {
+    with_run("--nodes 16", End::Complete, |run| {
         let efficiency = run.done.efficiency().unwrap();
         assert!((efficiency - 2.0 / 16.0).abs() < 1e-12, "{efficiency}");
         let report = &run.done.outcome.report;
@@ -53,13 +52,19 @@ fn what_is_lost_and_efficiency_make_one() {
 
 #[test]
 fn a_run_that_was_stopped_has_no_efficiency() {
-    with_run("--nodes 4", false, |run| {
-        assert_eq!(run.done.efficiency(), None);
-        assert!(run.as_json()["efficiency"].is_null());
-        assert_eq!(run.as_json()["complete"], false);
-        let shown = html::Shown::new(&run.done.outcome.picture, args::Exposure::Auto).unwrap();
-        assert!(page::page(run, &shown).contains("incomplete"));
-    });
+    for (end, why) in [
+        (End::Cancelled, "is incomplete: interrupted"),
+        (End::Stuck, "is incomplete: nothing moves any more"),
+        (End::Lost(7), "is incomplete: block 7 is lost: no living node holds a copy"),
+    ] {
+        with_run("--nodes 4", end, |run| {
+            assert_eq!(run.done.efficiency(), None);
+            assert!(run.as_json()["efficiency"].is_null());
+            assert_eq!(run.as_json()["complete"], false);
+            let shown = html::Shown::new(&run.done.outcome.picture, args::Exposure::Auto).unwrap();
+            assert!(page::page(run, &shown).contains(why), "{why}");
+        });
+    }
 }
 
 #[test]
@@ -98,7 +103,7 @@ fn every_topology_has_its_page() {
         ("--topology torus:64x64", 2_000_000),
         ("--topology ring --nodes 4096", 2_000_000),
     ] {
-        with_run(line, true, |run| {
+        with_run(line, End::Complete, |run| {
             let shown = html::Shown::new(&run.done.outcome.picture, args::Exposure::Auto).unwrap();
             let page = page::page(run, &shown);
             assert!(page.len() < size, "{line}: {} bytes", page.len());
@@ -118,7 +123,7 @@ fn every_topology_has_its_page() {
 
 #[test]
 fn the_details_are_json_with_every_node_and_link() {
-    with_run("--topology mesh:3x3", true, |run| {
+    with_run("--topology mesh:3x3", End::Complete, |run| {
         let json: serde_json::Value = serde_json::from_str(&run.as_json_with_details()).unwrap();
         let count = |name: &str| json[name].as_array().unwrap().len();
         assert_eq!((count("per_node"), count("per_link")), (9, 24));
@@ -129,7 +134,7 @@ fn the_details_are_json_with_every_node_and_link() {
 
 #[test]
 fn the_trace_is_json_with_a_track_for_each_node() {
-    with_run("--nodes 4", true, |run| {
+    with_run("--nodes 4", End::Complete, |run| {
         let mut bytes = Vec::new();
         let options = Options { trace: 1, ..run.options.clone() };
         trace::write(&run.done.outcome.report, &options, &mut bytes).unwrap();
@@ -156,7 +161,9 @@ fn the_trace_is_json_with_a_track_for_each_node() {
 #[test]
 fn topologies_follow_the_nodes_and_the_other_way_round() {
     let of = |line: &str| {
-        with_run(line, true, |run| (run.options.mesh.topology.nodes(), run.topology.clone()))
+        with_run(line, End::Complete, |run| {
+            (run.options.mesh.topology.nodes(), run.topology.clone())
+        })
     };
     assert_eq!(of(""), (64, "torus:8x8".into()));
     assert_eq!(of("--nodes 12"), (12, "torus:4x3".into()));

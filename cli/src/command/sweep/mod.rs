@@ -18,10 +18,7 @@ use self::{
     point::{Point, points},
     table::Row,
 };
-use super::{
-    mesh::Why,
-    sim::{self, Baseline, Done},
-};
+use super::sim::{self, Baseline, Done};
 use crate::{
     args,
     console::line,
@@ -183,11 +180,10 @@ fn one(job: &Job<'_>) -> Ended {
         Job::Mesh(scene, options) => {
             let ended = simulate(&scene.file.view(), options, &control);
             Ended::Mesh(match ended {
-                Ok(outcome) if outcome.complete => Ok(Box::new(Done::of_point(outcome))),
-                Ok(outcome) => Err(match outcome.lost {
-                    Some(block) => Why::NoneLives.lost(block),
-                    None => "interrupted".into(),
-                }),
+                Ok(outcome) => match sim::why_incomplete(outcome.end) {
+                    None => Ok(Box::new(Done::of_point(outcome))),
+                    Some(why) => Err(why),
+                },
                 Err(error) => Err(sim::refused(error).message().to_owned()),
             })
         }

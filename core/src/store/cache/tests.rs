@@ -13,12 +13,11 @@ const BLOCK: usize = 64;
 struct State {
     on_its_way: bool,
     unused: bool,
-    protected: bool,
 }
 
 impl State {
     fn evictable(self) -> bool {
-        !(self.on_its_way || self.unused || self.protected)
+        !(self.on_its_way || self.unused)
     }
 }
 
@@ -76,7 +75,7 @@ impl Model {
             self.counts.evictions += 1;
         }
         let unused = claim == Claim::Demand;
-        self.blocks.insert(block, State { on_its_way: true, unused, protected: false });
+        self.blocks.insert(block, State { on_its_way: true, unused });
         self.counts.frames_peak = self.counts.frames_peak.max(self.blocks.len() as u64);
         Ok(true)
     }
@@ -87,15 +86,6 @@ impl Model {
         self.counts.fetched += u64::from(waited);
         waited
     }
-
-    fn protect(&mut self, block: u32) -> bool {
-        let Some(state) = self.blocks.get(&block) else { return false };
-        let allowed = state.protected || self.available() > usize::from(state.evictable());
-        if allowed {
-            self.change(block, |s| s.protected = true);
-        }
-        allowed
-    }
 }
 
 proptest! {
@@ -103,7 +93,7 @@ proptest! {
     #[test]
     fn behaves_as_the_model(
         frames in 0_usize..6,
-        steps in prop::collection::vec((0_u8..8, 0_u32..9), 0..300),
+        steps in prop::collection::vec((0_u8..7, 0_u32..9), 0..300),
     ) {
         let mut memory = vec![Chunk::ZERO; 64];
         let owned = [0xee_u8; 2 * BLOCK];
@@ -128,11 +118,6 @@ proptest! {
                     let bytes = cache.get(block);
                     prop_assert_eq!(bytes.is_some(), here);
                     prop_assert!(bytes.is_none_or(|b| b == [block as u8; BLOCK]), "bytes of another block");
-                }
-                6 => prop_assert_eq!(cache.protect(block), model.protect(block)),
-                _ if block % 2 == 0 => {
-                    cache.unprotect(block);
-                    model.change(block, |s| s.protected = false);
                 }
                 _ => {
                     cache.discard(block);
@@ -193,7 +178,6 @@ fn one_frame_is_enough_to_stream() {
         assert!(cache.arrived(block));
         assert_eq!(cache.reserve(block + 1, Claim::Demand), Err(CacheFull), "unused");
         assert!(cache.get(block).is_some());
-        assert!(!cache.protect(block), "nothing would be left");
     }
 }
 
