@@ -11,9 +11,7 @@ impl Model {
     /// # Errors
     /// If there are [`MATERIALS_MAX`] already, or if a value cannot be rendered.
     pub fn add_material(&mut self, material: Material) -> Result<u16, ModelError> {
-        if let Some(what) = fault(&material) {
-            return Err(ModelError::Material { name: material.name, what });
-        }
+        material.check()?;
         if self.materials.len() >= MATERIALS_MAX {
             return Err(ModelError::Materials);
         }
@@ -180,6 +178,19 @@ pub(super) fn area_direction([a, b, c]: [DVec3; 3]) -> Option<DVec3> {
     // Decimal input is rounded before it gets here, so exact zero would miss most collinear
     // corners. What is kept may still be thin: a sliver is a surface.
     (cross.abs().max_element() > doubt).then_some(cross)
+}
+
+impl Material {
+    /// Whether it can be rendered.
+    ///
+    /// # Errors
+    /// If a value is no number, below zero, or else without sense.
+    pub fn check(&self) -> Result<(), ModelError> {
+        match fault(self) {
+            Some(what) => Err(ModelError::Material { name: self.name.clone(), what }),
+            None => Ok(()),
+        }
+    }
 }
 
 /// What is wrong with a material, if anything.

@@ -4,7 +4,9 @@ use std::path::Path;
 
 use glam::DVec3;
 
-use super::{Cause, ImportError, Materials, place, shown, syntax};
+use super::library::Library;
+use super::lines::{Lines, name, words};
+use super::{Cause, Failure, ImportError, place, shown, syntax};
 use crate::import::scan::number;
 use crate::model::{Model, NO_NORMAL};
 
@@ -13,33 +15,14 @@ pub(super) fn read(
     model: &mut Model,
     text: &[u8],
     path: &Path,
-    materials: &mut Materials<'_>,
+    library: &mut Library<'_>,
 ) -> Result<(), ImportError> {
-    let mut at = place(path, 0);
-    let mut mesh = Mesh::new(model, materials);
-    let mut lines = text.split(|&b| b == b'\n').zip(1u64..);
-    let mut joined = Vec::new();
-    while let Some((line, number)) = lines.next() {
-        mesh.model.notes.set_line(number);
-        let mut line = line.strip_suffix(b"\r").unwrap_or(line);
-        let mut last = number;
-        if line.ends_with(b"\\") {
-            joined.clear();
-            while let Some(part) = line.strip_suffix(b"\\") {
-                joined.extend_from_slice(part);
-                joined.push(b' ');
-                let Some((next, number)) = lines.next() else {
-                    line = b"";
-                    break;
-                };
-                last = number;
-                line = next.strip_suffix(b"\r").unwrap_or(next);
-            }
-            joined.extend_from_slice(line);
-            line = &joined;
-        }
-        if let Err(failure) = mesh.line(line) {
-            at.line = last;
+    let mut mesh = Mesh::new(model, library);
+    let mut lines = Lines::new(text);
+    while let Some(line) = lines.next() {
+        mesh.model.notes.set_line(line.first);
+        if let Err(failure) = mesh.line(&line.text, &lines) {
+            let at = place(path, line.last);
             return Err(match failure {
                 Failure::Here(cause) => ImportError::new(at, cause),
                 Failure::Elsewhere(mut error) => {
@@ -49,106 +32,147 @@ pub(super) fn read(
             });
         }
     }
-    let seen = mesh.statements;
-    if seen == 0 {
-        model.notes.set_line(0);
-        model.note("the file is empty");
-    }
+    mesh.end();
     Ok(())
 }
 
-/// In this line, or in a file that it names.
-enum Failure {
-    Here(Cause),
-    Elsewhere(Box<ImportError>),
+/// What is left out and may come up at every line: counted here, and noted at the end.
+#[derive(Debug, Clone, Copy)]
+enum Lost {
+    Color,
+    Smoothing,
+    HalfNormals,
+    Words,
 }
 
-impl<C: Into<Cause>> From<C> for Failure {
-    fn from(cause: C) -> Self {
-        Self::Here(cause.into())
-    }
-}
+/// The text of each, in the order of [`Lost`].
+const LOST: [&str; 4] = [
+    "a colour of a vertex (numbers 4 to 6 of `v`): left out, the colour is the material's",
+    "a face of a smoothing group (`s`) without normals (`vn`): flat, as no normals are made up",
+    "a face of which only some corners name a normal: flat",
+    "words behind all that a statement takes: left out",
+];
 
 struct Mesh<'a, 'b> {
     model: &'a mut Model,
-    materials: &'a mut Materials<'b>,
+    library: &'a mut Library<'b>,
     /// Where this file's vertices begin in the model, so that several files can be read.
     first_vertex: usize,
     /// Its normals: the model's index, as those without a direction get none.
     normals: Vec<u32>,
     material: Option<u16>,
+    /// In a smoothing group.
+    smoothing: bool,
     statements: u64,
+    /// How often each of [`LOST`] came up after the first time.
+    lost: [Option<u64>; LOST.len()],
     /// The corners of a face.
     corners: Vec<u32>,
     corner_normals: Vec<u32>,
 }
 
 impl<'a, 'b> Mesh<'a, 'b> {
-    fn new(model: &'a mut Model, materials: &'a mut Materials<'b>) -> Self {
+    fn new(model: &'a mut Model, library: &'a mut Library<'b>) -> Self {
         let first_vertex = model.vertices.len();
         Self {
             model,
-            materials,
+            library,
             first_vertex,
             normals: Vec::new(),
             material: None,
+            smoothing: false,
             statements: 0,
+            lost: [None; LOST.len()],
             corners: Vec::new(),
             corner_normals: Vec::new(),
         }
     }
 
-    fn line(&mut self, line: &[u8]) -> Result<(), Failure> {
-        let mut words = line.split(u8::is_ascii_whitespace).filter(|w| !w.is_empty());
-        let Some(keyword) = words.next() else { return Ok(()) };
-        if keyword.starts_with(b"#") {
-            return Ok(());
+    /// Notes what is not noted yet.
+    fn end(self) {
+        for (text, count) in LOST.into_iter().zip(self.lost) {
+            self.model.notes.add_many(text, count.unwrap_or(0));
         }
+        if self.statements == 0 {
+            self.model.notes.set_line(0);
+            self.model.note("the file is empty");
+        }
+    }
+
+    /// Counts something lost; the first time is noted with its line.
+    fn lose(&mut self, what: Lost) {
+        let Some(count) = self.lost.get_mut(what as usize) else { return };
+        match count {
+            Some(count) => *count = count.saturating_add(1),
+            None => {
+                *count = Some(0);
+                self.model.note(LOST.get(what as usize).copied().unwrap_or_default());
+            }
+        }
+    }
+
+    /// Reads a line; `ahead` are those behind it.
+    fn line(&mut self, line: &[u8], ahead: &Lines<'_>) -> Result<(), Failure> {
+        let mut words = words(line);
+        let Some(keyword) = words.next() else { return Ok(()) };
         self.statements += 1;
         match keyword {
-            b"v" => {
-                let mut point = vector(&mut words, "v")?;
-                let more: Vec<&[u8]> = words.take(5).collect();
-                // A fourth number is a weight; six or seven bring a colour, which is left out.
-                if let [weight] = more[..] {
-                    point /= number(weight)?;
-                    if !point.is_finite() {
-                        return Err(syntax("a weight of zero").into());
-                    }
-                }
-                self.model.add_vertex(point)?;
-            }
+            b"v" => self.vertex(words)?,
             b"vn" => {
                 let normal = self.model.add_normal(vector(&mut words, "vn")?)?;
                 self.normals.push(normal);
+                if words.next().is_some() {
+                    self.lose(Lost::Words);
+                }
             }
             b"f" => self.face(words)?,
             b"usemtl" => {
-                let name = rest(line, keyword);
+                let name = name(line, keyword);
                 if name.is_empty() {
                     return Err(syntax("usemtl without a name").into());
                 }
-                self.material = Some(self.materials.index(self.model, Some(name))?);
+                self.material = Some(self.library.index(self.model, name, ahead)?);
             }
             b"mtllib" => {
-                let name = rest(line, keyword);
-                if name.is_empty() {
+                let list = name(line, keyword);
+                if list.is_empty() {
                     return Err(syntax("mtllib without a name").into());
                 }
-                let read = self.materials.read(self.model, name);
+                let read = self.library.define(self.model, list);
                 read.map_err(|e| Failure::Elsewhere(Box::new(e)))?;
             }
-            b"vt" | b"vp" | b"g" | b"o" | b"s" | b"usemap" | b"maplib" | b"lod" | b"bevel"
-            | b"c_interp" | b"d_interp" | b"shadow_obj" | b"trace_obj" => {}
+            b"s" => self.smoothing = !matches!(words.next(), None | Some(b"off" | b"0")),
+            // They change nothing that is seen: textures are left out where materials name them.
+            b"vt" | b"vp" | b"g" | b"o" => {}
             b"p" | b"l" => self.model.note("points or lines: left out"),
-            b"curv" | b"curv2" | b"surf" | b"parm" | b"trim" | b"hole" | b"scrv" | b"sp"
-            | b"end" | b"con" | b"cstype" | b"deg" | b"bmat" | b"step" | b"mg" | b"ctech"
-            | b"stech" => self.model.note("free-form curves or surfaces: left out"),
-            other => {
-                let what = shown(other);
-                return Err(syntax(format!("`{what}` is not a statement of an .obj file")).into());
-            }
+            _ => return other(self.model, keyword),
         }
+        Ok(())
+    }
+
+    fn vertex<'t>(&mut self, mut words: impl Iterator<Item = &'t [u8]>) -> Result<(), Failure> {
+        let mut point = vector(&mut words, "v")?;
+        let (mut more, mut found) = ([0.0; 4], 0);
+        for (slot, word) in more.iter_mut().zip(words.by_ref()) {
+            *slot = number(word)?;
+            found += 1;
+        }
+        match found {
+            0 => {}
+            // A fourth number is a weight; six or seven bring a colour.
+            1 => {
+                point /= more[0];
+                if !point.is_finite() {
+                    return Err(syntax("a weight of zero").into());
+                }
+            }
+            2 => self.lose(Lost::Words),
+            _ => self.lose(Lost::Color),
+        }
+        if words.next().is_some() {
+            self.lose(Lost::Words);
+        }
+        self.model.add_vertex(point)?;
         Ok(())
     }
 
@@ -156,7 +180,7 @@ impl<'a, 'b> Mesh<'a, 'b> {
         let vertices = self.model.vertices.len() - self.first_vertex;
         self.corners.clear();
         self.corner_normals.clear();
-        let mut smooth = true;
+        let (mut smooth, mut named) = (true, false);
         for word in words {
             let mut parts = word.splitn(3, |&b| b == b'/');
             let vertex = index(parts.next().unwrap_or_default(), vertices, "vertex")?;
@@ -169,9 +193,10 @@ impl<'a, 'b> Mesh<'a, 'b> {
                 _ => NO_NORMAL,
             };
             smooth &= normal != NO_NORMAL;
+            named |= normal != NO_NORMAL;
             self.corner_normals.push(normal);
-            if self.corners.len() as u64 > self.materials.limits.corners {
-                let limit = self.materials.limits.corners;
+            if self.corners.len() as u64 > self.library.limits().corners {
+                let limit = self.library.limits().corners;
                 return Err(Cause::Limit { what: "too many corners of a face", limit }.into());
             }
         }
@@ -181,15 +206,20 @@ impl<'a, 'b> Mesh<'a, 'b> {
         let material = match self.material {
             Some(material) => material,
             None => {
-                let material = self.materials.index(self.model, None)?;
+                let material = self.library.fallback(self.model)?;
                 self.model.note("faces without a material: grey, diffuse");
                 self.material = Some(material);
                 material
             }
         };
+        if !smooth && named {
+            self.lose(Lost::HalfNormals);
+        } else if !smooth && self.smoothing {
+            self.lose(Lost::Smoothing);
+        }
         let normals = if smooth { &self.corner_normals[..] } else { &[] };
         self.model.add_polygon_face(material, &self.corners, normals)?;
-        self.materials.limits.room(self.model)?;
+        self.library.limits().room(self.model)?;
         Ok(())
     }
 }
@@ -220,8 +250,26 @@ fn index(word: &[u8], known: usize, what: &str) -> Result<usize, Cause> {
     })
 }
 
-/// What stands behind the keyword: names may contain spaces.
-fn rest<'t>(line: &'t [u8], keyword: &[u8]) -> &'t [u8] {
-    let line = line.trim_ascii();
-    line.get(keyword.len()..).unwrap_or_default().trim_ascii()
+/// A statement that is not read.
+fn other(model: &mut Model, keyword: &[u8]) -> Result<(), Failure> {
+    let refused = match keyword {
+        b"curv" | b"curv2" | b"surf" | b"parm" | b"trim" | b"hole" | b"scrv" | b"sp" | b"end"
+        | b"con" | b"cstype" | b"deg" | b"bmat" | b"step" | b"mg" | b"ctech" | b"stech" => {
+            model.note("free-form curves or surfaces: left out");
+            return Ok(());
+        }
+        b"usemap" | b"maplib" | b"lod" | b"bevel" | b"c_interp" | b"d_interp" | b"shadow_obj"
+        | b"trace_obj" => {
+            let text = "an attribute of faces that is not read: left out";
+            model.notes.add_named(text, &shown(keyword));
+            return Ok(());
+        }
+        b"call" => "`call` includes a file, which is not done: put its lines in place of this one",
+        b"csh" => "`csh` runs a command, which is never done: put what it prints in its place",
+        other => {
+            let what = shown(other);
+            return Err(syntax(format!("`{what}` is not a statement of an .obj file")).into());
+        }
+    };
+    Err(syntax(refused).into())
 }
