@@ -22,11 +22,28 @@ pub(super) fn complete(model: &mut Model, upright: bool) {
     {
         model.note("no view given: from the front, all in sight (choose another with --view)");
     }
-    let lit = model.lights.iter().any(|light| light.reach > 0.0);
-    if !lit {
+    if !emits(model) {
         light(model, upright);
         model.note("no light in the scene: a sky and a sun were added");
+    } else if !lit(model) {
+        model.note(
+            "nothing in the scene lights surfaces: what glows is seen, the rest stays dark; make it a `light`, or give the glow a reach",
+        );
     }
+}
+
+/// Something in the scene lights surfaces.
+pub(super) fn lit(model: &Model) -> bool {
+    model.lights.iter().any(|light| light.reach > 0.0)
+}
+
+/// The scene brings light of its own, if only to be seen.
+fn emits(model: &Model) -> bool {
+    let glows: Vec<bool> = model.materials.iter().map(|m| m.emission != DVec3::ZERO).collect();
+    let seen = |material: u16| glows.get(usize::from(material)).copied().unwrap_or(false);
+    !model.lights.is_empty()
+        || model.triangles.iter().any(|t| seen(t.material))
+        || model.spheres.iter().any(|s| seen(s.material))
 }
 
 /// Frames the bounds of all surfaces; `None` if there are none.

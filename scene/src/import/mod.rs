@@ -7,8 +7,8 @@
 //! # Defaults
 //!
 //! A scene without a view gets one that frames its bounds, seen from the front and a little from
-//! above; a scene without a light gets a pale sky and a sun behind the viewer's left shoulder. Both
-//! are noted.
+//! above; a scene in which nothing emits light gets a pale sky and a sun behind the viewer's left
+//! shoulder. Both are noted. Meshes alone (`.obj`, in letters of any case) have y upwards, else it is z.
 //!
 //! # Bounds
 //!
@@ -26,6 +26,8 @@ mod text;
 mod view;
 
 use std::path::Path;
+
+use kiloray_core::scene::MaterialKind;
 
 pub use error::{Cause, ImportError};
 pub use limits::Limits;
@@ -76,10 +78,23 @@ fn read<P: AsRef<Path>>(
         return Err(ImportError::new(place, Cause::Empty));
     }
     if !options.bare {
-        let upright = paths.iter().any(|p| p.as_ref().extension().is_some_and(|e| e != "obj"));
+        let mesh = |e: &std::ffi::OsStr| e.eq_ignore_ascii_case("obj");
+        let upright = paths.iter().any(|p| p.as_ref().extension().is_some_and(|e| !mesh(e)));
         defaults::complete(model, upright);
     }
+    if defaults::lit(model) {
+        dead_mirrors(model);
+    }
     Ok(())
+}
+
+/// Says that mirrors throw no light of lamps on: Radiance makes virtual lights behind them.
+fn dead_mirrors(model: &mut Model) {
+    let Model { materials, notes, .. } = model;
+    for mirror in materials.iter().filter(|m| m.kind == MaterialKind::Mirror) {
+        let text = "a mirror in a scene with lights: they are seen in it, but it throws none of their light on (no virtual lights)";
+        notes.add_named(text, &scan::shown(mirror.name.as_bytes()));
+    }
 }
 
 /// Why a file of this kind is not read.

@@ -76,6 +76,42 @@ fn a_scene_with_light_and_view_gets_no_default() {
 }
 
 #[test]
+fn a_scene_that_only_glows_gets_no_default_light() {
+    let glow = "void glow g 0 0 4 1 1 1 0\n";
+    for (thing, light) in [
+        ("g source s 0 0 4 0 0 1 180\n", 1),
+        ("g sphere s 0 0 4 0 0 9 1\n", 0),
+        ("g polygon s 0 0 9 0 0 9 1 0 9 0 1 9\n", 0),
+        ("void light l 0 0 3 1 1 1\nl bubble s 0 0 4 0 0 0 9\n", 0),
+    ] {
+        let files = Files::new(&[("a.rad", &format!("{BALL}{glow}{thing}"))]);
+        let model = load(&[files.path("a.rad")], &ImportOptions::default()).unwrap();
+        assert_eq!(model.lights.len(), light, "{thing}");
+        let told = notes(&model);
+        let dark = |(text, _): &&(&str, u64)| text.starts_with("nothing in the scene lights");
+        assert_eq!(told.iter().filter(dark).count(), 1, "{thing}: {told:?}");
+    }
+    // A glow that nothing has, and black ones, are no light.
+    let unused = format!("{BALL}{glow}void light l 0 0 3 0 0 0\nl sphere s 0 0 4 0 0 9 1\n");
+    let files = Files::new(&[("a.rad", &unused)]);
+    let model = load(&[files.path("a.rad")], &ImportOptions::default()).unwrap();
+    assert_eq!(model.lights.len(), 2);
+}
+
+#[test]
+fn upwards_does_not_depend_on_the_case_of_an_extension() {
+    for (name, text, up) in [
+        ("a.obj", SQUARE, glam::DVec3::Y),
+        ("A.OBJ", SQUARE, glam::DVec3::Y),
+        ("A.RAD", BALL, glam::DVec3::Z),
+    ] {
+        let files = Files::new(&[(name, text)]);
+        let model = load(&[files.path(name)], &ImportOptions::default()).unwrap();
+        assert_eq!((model.views[0].up, model.lights[0].u), (up, up), "{name}");
+    }
+}
+
+#[test]
 fn the_default_view_holds_every_corner() {
     let thin = "v 5 0 0\nv 5 900 0\nv 5 0 .1\nf 1 2 3\n";
     for (name, text) in [("a.obj", SQUARE), ("a.obj", thin), ("a.rad", BALL)] {
@@ -115,7 +151,14 @@ fn bad_files_get_an_error_of_one_line() {
         ("word.obj", "v 0 zero 0\n", "word.obj:1: `zero` is not a number"),
         ("few.obj", "v 0 0\n", "`v` needs three numbers"),
         ("two.obj", "v 0 0 0\nf 1 1\n", "at least three corners"),
-        ("odd.obj", "hello world\n", "`hello` is not a statement"),
+        ("odd.obj", "hello world\n", "odd.obj:1: `hello` is not a statement"),
+        ("call.obj", "v 0 0 0\ncall b.obj 1 2\n", "call.obj:2: `call` includes a file"),
+        ("csh.obj", "csh -rm x\n", "csh.obj:1: `csh` runs a command, which is never done"),
+        ("weight.obj", "v 1 0 0 0\n", "weight.obj:1: a weight of zero"),
+        ("color.obj", "v 1 0 0 1 red 0\n", "color.obj:1: `red` is not a number"),
+        ("use.obj", "v 1 0 0\nusemtl # none\n", "use.obj:2: usemtl without a name"),
+        ("lib.obj", "mtllib\n", "lib.obj:1: mtllib without a name"),
+        ("join.obj", "v 1 0 0\nf 1 \\\n2 \\\n3\n", "join.obj:4: there is no vertex 2"),
         ("empty.rad", "", "empty.rad: nothing to render"),
         ("comment.rad", "# nothing\n\n", "nothing to render"),
         ("short.rad", "void polygon a 0 0 9 0 0 0 1 0 0\n", "9 numbers announced, 6 found"),
@@ -139,7 +182,11 @@ fn bad_files_get_an_error_of_one_line() {
             "count.rad:4: plastic `m`: 4 numbers where it takes 5",
         ),
         ("nan.rad", "void plastic m 0 0 5 1 nan 1 0 0\n", "number 2 of 5: `nan` is not a finite"),
-        ("neg.rad", "void plastic m 0 0 5 1 -1 1 0 0\nm sphere s 0 0 4 0 0 0 1\n", "below zero"),
+        (
+            "neg.rad",
+            "void plastic m 0 0 5 1 -1 1 0 0\nm sphere s 0 0 4 0 0 0 1\n",
+            "neg.rad:1: plastic `m`: number 2 of 5 is -1, below zero",
+        ),
         (
             "gone.rad",
             "\n!xform -t 1 2 3 gone/x.rad\n",
@@ -151,12 +198,28 @@ fn bad_files_get_an_error_of_one_line() {
         ("quote.rad", "!xform 'a\n", "quote"),
         ("scale.rad", "!xform -s 0 x.rad\n", "-s 0"),
         ("opt.rad", "!xform -q 0 x.rad\n", "`-q`"),
-        ("array.rad", "!xform -a 0 x.rad\n", "not a count"),
+        ("array.rad", "!xform -a 0 x.rad\n", "array.rad:1: xform: `0` is not a count"),
+        ("real.rad", "\n!xform -a 3.0 x.rad\n", "real.rad:2: xform: `3.0` is not a count: a whole"),
+        ("times.rad", "!xform -i 2.5 -t 1 0 0 x.rad\n", "`2.5` is not a count"),
+        ("last.rad", "!xform -a\n", "the option `-a` lacks a value"),
+        ("args.rad", "!xform -f args x.rad\n", "args.rad:1: xform: -f takes options from a file"),
+        ("wave.rad", "!genbox m b 1 1 1 -o\n", "genbox -o writes a Wavefront mesh"),
+        ("turn.rad", "!genbox m b 1 1 1 -i -r .1\n", "-i with -r is not built in"),
+        ("edge.rad", "!genbox m b 1 1 1 -b .6\n", "more than half of a side"),
+        ("what.rad", "!genbox m b 1 1 1 -z\n", "the option `-z` is not known"),
+        ("inst.rad", "void instance a 1 a.oct 0 0\n", "inst.rad:1: instance `a`: not read"),
         ("box.rad", "!genbox m b 1 1\n", "genbox takes"),
         ("flat.rad", "void plastic m 0 0 5 1 1 1 0 0\n!genbox m b 1 1 0\n", "not above zero"),
         ("mesh.rad", "void mesh a 1 a.rtm 0 0\n", "compiled mesh"),
         ("bad.vf", "hello\n", "no view options"),
         ("fish.vf", "rvu -vth -vp 0 0 0\n", "fish.vf:1: the view type `-vth`"),
+        (
+            "angle.vf",
+            "# view\nrvu -vta\n",
+            "angle.vf:2: the view type `-vta` is not built in; take -vtv",
+        ),
+        ("tube.vf", "rvu -vtc\n", "tube.vf:1: the view type `-vtc`"),
+        ("plan.vf", "rvu -vts\n", "plan.vf:1: the view type `-vts`"),
         ("x.glb", "glTF", "not a kind of file"),
         ("x.mtl", "newmtl a\n", "name the .obj"),
         ("noext", "v 0 0 0\n", "not a kind of file"),

@@ -3,7 +3,9 @@
 use glam::DVec3;
 use kiloray_core::scene::MaterialKind;
 
-use super::{COORDINATE_MAX, IOR, MATERIALS_MAX, Material, Model, ModelError, NO_NORMAL, Triangle};
+use super::{
+    COORDINATE_MAX, Emitter, IOR, MATERIALS_MAX, Material, Model, ModelError, NO_NORMAL, Triangle,
+};
 
 impl Model {
     /// Enters a material and gives its index.
@@ -195,7 +197,8 @@ impl Material {
 
 /// What is wrong with a material, if anything.
 fn fault(m: &Material) -> Option<&'static str> {
-    let colors = [m.diffuse, m.specular, m.transmit, m.absorption, m.emission];
+    let hidden = if let Emitter::Illum { radiance } = m.emitter { radiance } else { DVec3::ZERO };
+    let colors = [m.diffuse, m.specular, m.transmit, m.absorption, m.emission, hidden];
     let scalars = [m.roughness, m.ior, m.transmit_specular];
     // f32 holds them later.
     let finite = |x: f64| x.abs() <= 1e30;

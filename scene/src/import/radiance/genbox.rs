@@ -14,6 +14,8 @@ pub(super) struct Box {
     size: DVec3,
     inward: bool,
     edge: Edge,
+    /// How round edges are cut was given (`-n`, `-s`): here they are round.
+    pub(super) facets: bool,
 }
 
 /// Takes a surface: its shape and its numbers.
@@ -35,7 +37,7 @@ impl Box {
         if size.min_element() <= 0.0 {
             return Err(syntax("genbox: a size is not above zero"));
         }
-        let (mut inward, mut edge) = (false, Edge::Sharp);
+        let (mut inward, mut edge, mut facets) = (false, Edge::Sharp, false);
         let mut rest = options.iter();
         while let Some(option) = rest.next() {
             let mut value = || number(rest.next().ok_or_else(|| syntax(usage))?);
@@ -43,9 +45,16 @@ impl Box {
                 b"-i" => inward = true,
                 b"-b" => edge = Edge::Bevelled(value()?),
                 b"-r" => edge = Edge::Round(value()?),
-                // Facets and smoothing of round edges, which are round here.
-                b"-n" => _ = value()?,
-                b"-s" => {}
+                b"-n" => {
+                    value()?;
+                    facets = true;
+                }
+                b"-s" => facets = true,
+                b"-o" => {
+                    return Err(syntax(
+                        "genbox -o writes a Wavefront mesh: leave it out, or save the mesh as an .obj file and name that",
+                    ));
+                }
                 other => {
                     return Err(syntax(format!(
                         "genbox: the option `{}` is not known",
@@ -63,7 +72,7 @@ impl Box {
                 return Err(syntax("genbox: -i with -r is not built in; use -b, or leave one out"));
             }
         }
-        Ok(Self { modifier: modifier.clone(), size, inward, edge })
+        Ok(Self { modifier: modifier.clone(), size, inward, edge, facets })
     }
 
     /// Makes the surfaces, as shapes and their numbers.

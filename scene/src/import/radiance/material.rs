@@ -29,6 +29,11 @@ pub(super) fn material(
     model: &mut Model,
 ) -> Result<(Material, bool), Cause> {
     let numbers = &arguments.numbers[..];
+    let amounts = numbers.iter().take(amounts(stuff));
+    if let Some((i, value)) = amounts.enumerate().find(|(_, value)| **value < 0.0) {
+        let (at, count) = (i + 1, numbers.len());
+        return Err(syntax(format!("number {at} of {count} is {value}, below zero")));
+    }
     let base = Material { name: name.to_owned(), ..Material::default() };
     let size = place.scale.abs();
     let made = match (stuff, numbers) {
@@ -97,12 +102,26 @@ pub(super) fn material(
             Material { kind: MaterialKind::Void, ..base }
         }
         (Stuff::Other, _) => {
-            model.notes.add_named("a material that is not built in: grey instead", type_name);
+            let which = format!("{type_name} {name}");
+            model.notes.add_named("a material that is not built in: grey instead", &which);
             base
         }
         _ => return Err(syntax(wrong_count(stuff, numbers.len()))),
     };
+    made.check()?;
     Ok((made, stuff == Stuff::Glow))
+}
+
+/// How many of its numbers, from the first, are amounts of light or roughness.
+const fn amounts(stuff: Stuff) -> usize {
+    match stuff {
+        Stuff::Plastic | Stuff::Metal => 5,
+        Stuff::Plastic2 | Stuff::Metal2 => 6,
+        Stuff::Trans => 7,
+        Stuff::Trans2 => 8,
+        Stuff::Nothing | Stuff::Other => 0,
+        _ => 3,
+    }
 }
 
 /// Plastic, metal and trans: `normal.c` splits light into a specular part of `spec`, of the rest

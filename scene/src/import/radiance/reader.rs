@@ -215,6 +215,9 @@ impl<'a> Reader<'a> {
     ) -> Result<(), ImportError> {
         let pipes = command::parse(line).map_err(|c| ImportError::new(place.clone(), c))?;
         for Pipe { head, filters } in &pipes {
+            if matches!(head, Head::Box(made) if made.facets) {
+                self.model.note("genbox -n or -s: left out, round edges are cylinders and spheres");
+            }
             self.filtered(head, filters, path, place, context)?;
         }
         Ok(())

@@ -420,7 +420,7 @@ fn what_is_not_built_in_is_named() {
                 a cone c 0 0 8 0 0 0 0 0 1 -1 2\na ring r 0 0 8 0 0 0 0 0 1 -1 2\n";
     let told: Vec<_> = load(text).notes.iter().map(ToString::to_string).collect();
     let ends = [
-        "a.rad:1: a material that is not built in: grey instead: `BSDF`, `ashik2` (2 times in all)",
+        "a.rad:1: a material that is not built in: grey instead: `BSDF a`, `ashik2 b` (2 times in all)",
         "a.rad:4: a cone or cylinder with a radius below zero: dropped",
         "a.rad:5: a ring with a radius below zero: dropped",
     ];
@@ -428,4 +428,64 @@ fn what_is_not_built_in_is_named() {
     for (told, end) in told.iter().zip(ends) {
         assert!(told.ends_with(end), "{told}");
     }
+}
+
+#[test]
+fn values_without_sense_are_refused_where_the_material_is_defined() {
+    for (line, says) in [
+        ("void plastic m 0 0 5 .5 -1 .5 0 0", "plastic `m`: number 2 of 5 is -1, below zero"),
+        ("void plastic m 0 0 5 .5 .5 .5 -.1 0", "number 4 of 5 is -0.1, below zero"),
+        ("void metal m 0 0 5 .5 .5 .5 .1 -2", "number 5 of 5 is -2, below zero"),
+        ("void metal2 m 0 0 6 .5 .5 .5 .1 -2 -2", "number 5 of 6 is -2, below zero"),
+        ("void trans m 0 0 7 .5 .5 .5 .1 0 .5 -1", "number 7 of 7 is -1, below zero"),
+        ("void dielectric m 0 0 5 -1 1 1 1.5 0", "number 1 of 5 is -1, below zero"),
+        ("void mirror m 0 0 3 .5 .5 -.5", "mirror `m`: number 3 of 3 is -0.5, below zero"),
+        ("void light m 0 0 3 1e40 1 1", "material `m`: a value is no number or beyond"),
+        ("void illum m 0 0 3 1e40 1 1", "material `m`: a value is no number or beyond"),
+    ] {
+        let text = format!("{GREY}{line}\nm sphere s 0 0 4 0 0 0 1\n");
+        let error = Files::new(&[("a.rad", &text)]).error("a.rad");
+        assert!(error.starts_with("a.rad:2: ") && error.contains(says), "{line}: {error}");
+    }
+    // What is above 1 is cut, and said at its line.
+    let model = load(&format!("{GREY}void metal m 0 0 5 2 .5 .5 3 0\nm sphere s 0 0 4 0 0 0 1\n"));
+    let told: Vec<_> = model.notes.iter().map(|n| (n.first.line, n.count, &n.text[..])).collect();
+    assert_eq!(told, [(2, 2, "a reflectance or transmittance above 1: taken as 1")]);
+}
+
+#[test]
+fn a_light_that_shines_into_a_sphere_is_said_to_light_nothing() {
+    let model = load(
+        "void light l 0 0 3 1 1 1
+l bubble a 0 0 4 0 0 0 1
+l sphere b 0 0 4 5 0 0 -1
+l bubble c 0 0 4 9 0 0 -1
+",
+    );
+    let inward: Vec<_> = model.spheres.iter().map(|s| s.inward).collect();
+    assert_eq!((inward, model.lights.len()), (vec![true, true, false], 1));
+    assert_eq!(
+        notes(&model),
+        [
+            ("a light that shines inward from a sphere: seen, but lights nothing directly", 2),
+            ("a radius below zero: turned inside out, as in Radiance", 2),
+        ]
+    );
+}
+
+#[test]
+fn a_mirror_beside_lights_is_said_to_throw_no_light_on() {
+    let mirror = "void mirror m 0 0 3 .8 .8 .8\nm sphere s 0 0 4 0 0 0 1\n";
+    assert!(notes(&load(mirror)).is_empty());
+    let lit = load(&format!("{mirror}void light l 0 0 3 1 1 1\nl sphere t 0 0 4 5 0 0 1\n"));
+    let told: Vec<_> = lit.notes.iter().map(ToString::to_string).collect();
+    let [one] = &told[..] else { panic!("{told:?}") };
+    assert!(one.starts_with("a mirror in a scene") && one.ends_with("lights): `m`"), "{one}");
+}
+
+#[test]
+fn facets_of_round_edges_are_said_to_be_left_out() {
+    let model = load(&format!("{GREY}!genbox m b 1 1 1 -r .1 -n 3 -s; genbox m b 1 1 1 -s\n"));
+    let note = "genbox -n or -s: left out, round edges are cylinders and spheres";
+    assert_eq!(notes(&model), [(note, 2)]);
 }

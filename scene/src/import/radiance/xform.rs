@@ -162,6 +162,11 @@ impl Stage {
                     begun = true;
                     continue;
                 }
+                b"f" => {
+                    return Err(syntax(
+                        "xform: -f takes options from a file, which is not built in: write them in the command",
+                    ));
+                }
                 _ => {
                     let option = shown(word);
                     return Err(syntax(format!("xform: the option `{option}` is not known here")));
@@ -201,7 +206,11 @@ fn count(word: &[u8], array: bool) -> Result<u64, Cause> {
     let value = std::str::from_utf8(word).ok().and_then(|w| w.parse::<u64>().ok());
     match value {
         Some(value) if value > 0 || !array => Ok(value),
-        _ => Err(syntax(format!("xform: `{}` is not a count", shown(word)))),
+        _ => {
+            let (word, least) = (shown(word), if array { 1 } else { 0 });
+            let text = format!("xform: `{word}` is not a count: a whole number from {least} is");
+            Err(syntax(text))
+        }
     }
 }
 
