@@ -11,14 +11,8 @@
 //! | `xform` | transformations and arrays |
 //! | `genbox` | boxes |
 //!
-//! Semantics are those of Radiance's reference manual and of `oconv`, with these differences:
-//! - patterns and textures are left out: what they modify is given the material that they modify;
-//!   of a mixture the foreground is taken;
-//! - materials that are not built in (`BSDF` and the like) become grey;
-//! - `instance` and `mesh` are refused, for the picture would lack what they hold;
-//! - a surface whose modifier is `void` is nothing to see, as in Radiance, and dropped with a note.
-//!
-//! A file named by `!xform` is sought in the directory of the file that names it, then in the current directory, where Radiance looks.
+//! Semantics are those of Radiance's reference manual and of `oconv`; `docs/formats.md` has the
+//! differences.
 
 mod command;
 mod genbox;
