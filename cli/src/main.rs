@@ -9,6 +9,7 @@ mod command;
 mod compare;
 mod console;
 mod failure;
+mod input;
 mod interrupt;
 mod output;
 mod page;

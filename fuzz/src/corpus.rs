@@ -5,7 +5,7 @@ use kiloray_scene::builtin;
 use kiloray_scene::compile::{Options, compile};
 use kiloray_scene::kilo::KiloFile;
 
-use crate::{Target, host, link, mesh, node};
+use crate::{Target, host, link, mesh, node, picture};
 
 /// The seeds of a target: the files of `corpus/TARGET` by name, for what is binary made of a built-in scene and all messages.
 #[must_use]
@@ -21,6 +21,10 @@ pub fn seeds(target: Target) -> Vec<Vec<u8>> {
         Target::Start => link::starts(),
         Target::Wire => host::wires(),
         Target::Identity => host::identities(),
+        Target::Exr => picture::exrs(),
+        Target::Hdr => picture::hdrs(),
+        Target::Png => picture::pngs(),
+        Target::Profile => picture::profiles(),
         _ => files(target.name()),
     }
 }

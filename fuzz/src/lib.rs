@@ -17,6 +17,7 @@ mod link;
 mod mesh;
 mod mutate;
 mod node;
+mod picture;
 mod run;
 mod target;
 

@@ -5,7 +5,7 @@ use kiloray_scene::compile::{Options, compile};
 use kiloray_scene::import::{self, ImportOptions, Limits};
 use kiloray_scene::kilo::KiloFile;
 
-use crate::{host, link, mesh, node};
+use crate::{host, link, mesh, node, picture};
 
 /// A parser, and how it is fed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -44,11 +44,19 @@ pub enum Target {
     Report,
     /// The configuration of a mesh of processes.
     Config,
+    /// A picture: OpenEXR.
+    Exr,
+    /// A picture: Radiance's RGBE.
+    Hdr,
+    /// A picture: PNG.
+    Png,
+    /// How fast a machine is.
+    Profile,
 }
 
 impl Target {
     /// All of them.
-    pub const ALL: [Self; 17] = [
+    pub const ALL: [Self; 21] = [
         Self::Rad,
         Self::Obj,
         Self::Mtl,
@@ -66,6 +74,10 @@ impl Target {
         Self::Identity,
         Self::Report,
         Self::Config,
+        Self::Exr,
+        Self::Hdr,
+        Self::Png,
+        Self::Profile,
     ];
 
     /// Its name on the command line and in the corpus.
@@ -89,6 +101,10 @@ impl Target {
             Self::Identity => "identity",
             Self::Report => "report",
             Self::Config => "config",
+            Self::Exr => "exr",
+            Self::Hdr => "hdr",
+            Self::Png => "png",
+            Self::Profile => "profile",
         }
     }
 
@@ -105,6 +121,9 @@ impl Target {
                 | Self::Begin
                 | Self::Start
                 | Self::Wire
+                | Self::Exr
+                | Self::Hdr
+                | Self::Png
         )
     }
 
@@ -145,6 +164,9 @@ impl Target {
             Self::Identity => host::feed_identity(input),
             Self::Report => host::feed_report(input),
             Self::Config => host::feed_config(input),
+            Self::Exr | Self::Hdr => picture::feed(input),
+            Self::Png => picture::feed_png(input),
+            Self::Profile => picture::feed_profile(input),
             Self::Compile => {
                 write(dir, "a.rad", input);
                 let options = ImportOptions { limits: limits(), ..ImportOptions::default() };

@@ -97,6 +97,26 @@ fn config() {
     brief(Target::Config, 1000);
 }
 
+#[test]
+fn exr() {
+    brief(Target::Exr, 2000);
+}
+
+#[test]
+fn hdr() {
+    brief(Target::Hdr, 2000);
+}
+
+#[test]
+fn png() {
+    brief(Target::Png, 2000);
+}
+
+#[test]
+fn profile() {
+    brief(Target::Profile, 3000);
+}
+
 /// The seeds bring a node to all that it can do.
 #[test]
 fn a_node_renders_what_it_is_told_to() {

@@ -1,12 +1,15 @@
-use std::fs;
 use std::path::{Path, PathBuf};
 
 use kiloray_core::node::{Dealing, PointHome, Prefetch, Schedule, ShadowPolicy, TaskOrder};
 use kiloray_core::scene::View;
 use kiloray_render::MeshOptions;
+use kiloray_scene::regular;
 use serde::{Deserialize, Serialize};
 
 use crate::{Error, TlsConfig};
+
+/// Greatest file \[bytes\]: an address for each of the most nodes, and room to spare.
+const BYTES_MAX: u64 = 16 << 20;
 
 /// What all processes of a mesh are told: the same file for each of them.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -182,9 +185,10 @@ impl Config {
     /// # Errors
     /// [`Error::Io`], [`Error::Config`].
     pub fn read(path: &Path) -> Result<Self, Error> {
-        let text =
-            fs::read_to_string(path).map_err(|source| Error::Io { path: path.into(), source })?;
+        let bytes = regular::read(path, BYTES_MAX)
+            .map_err(|source| Error::Io { path: path.into(), source })?;
         let wrong = |cause: String| Error::Config { path: path.into(), cause };
+        let text = String::from_utf8(bytes).map_err(|_| wrong("is no text".into()))?;
         let mut config = Self::parse(&text).map_err(wrong)?;
         if let Some(folder) = path.parent() {
             config.scene = folder.join(&config.scene);
@@ -200,7 +204,11 @@ impl Config {
     /// # Errors
     /// What is wrong, and where.
     pub fn parse(text: &str) -> Result<Self, String> {
-        let config: Self = toml::from_str(text).map_err(|error| error.to_string())?;
+        let config: Self = toml::from_str(text).map_err(|error| {
+            let before = error.span().and_then(|span| text.get(..span.start)).unwrap_or_default();
+            let line = before.bytes().filter(|&b| b == b'\n').count() + 1;
+            format!("line {line}: {}", error.message())
+        })?;
         let is_plain = |c: char| c.is_ascii_alphanumeric() || "-_".contains(c);
         if config.name.is_empty() || !config.name.chars().all(is_plain) {
             return Err(format!("name = '{}': write letters, digits, '-' and '_'", config.name));

@@ -35,7 +35,7 @@ impl TlsConfig {
     /// Checks that all are there and can be read.
     fn check(mut self) -> Result<(), Error> {
         for path in self.files() {
-            std::fs::File::open(&*path)
+            kiloray_scene::regular::open(path)
                 .map_err(|source| Error::Io { path: path.clone(), source })?;
         }
         Ok(())

@@ -8,3 +8,4 @@ pub mod import;
 pub mod kilo;
 pub mod model;
 pub mod needs;
+pub mod regular;

@@ -1,9 +1,7 @@
-//! Pictures of linear radiance: their files, and how they are shown.
+//! Pictures of linear radiance: how they are shown, and written.
 
-mod exr_file;
 mod hash;
 mod read;
-mod rgbe;
 mod tone;
 mod write;
 

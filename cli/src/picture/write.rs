@@ -1,11 +1,8 @@
-use std::{
-    io::{self, Write},
-    path::Path,
-};
+use std::{io, path::Path};
 
-use image::{ExtendedColorType, ImageEncoder, codecs::png};
+use kiloray_picture::{write_exr, write_hdr, write_png};
 
-use super::{Picture, auto_exposure, exr_file, rgbe, tone_mapped};
+use super::{Picture, auto_exposure, tone_mapped};
 use crate::{
     args::Exposure,
     failure::{Failure, Outcome},
@@ -64,11 +61,11 @@ pub(crate) fn save(
             Ok(Saved { exposure: Some(stops) })
         }
         Format::Hdr => {
-            output.write_with(|out| rgbe::write(picture, out))?;
+            output.write_with(|out| write_hdr(picture, out))?;
             Ok(Saved { exposure: None })
         }
         Format::Exr => {
-            let bytes = exr_file::write(picture).map_err(Failure::new)?;
+            let bytes = write_exr(picture).map_err(Failure::new)?;
             output.write(&bytes)?;
             Ok(Saved { exposure: None })
         }
@@ -80,13 +77,4 @@ pub(crate) fn png_bytes(width: u32, height: u32, rgb: &[u8]) -> io::Result<Vec<u
     let mut bytes = Vec::new();
     write_png(width, height, rgb, &mut bytes)?;
     Ok(bytes)
-}
-
-fn write_png(width: u32, height: u32, rgb: &[u8], out: &mut dyn Write) -> io::Result<()> {
-    png::PngEncoder::new_with_quality(out, png::CompressionType::Default, png::FilterType::Adaptive)
-        .write_image(rgb, width, height, ExtendedColorType::Rgb8)
-        .map_err(|error| match error {
-            image::ImageError::IoError(error) => error,
-            other => io::Error::other(other),
-        })
 }

@@ -99,13 +99,15 @@ fn what_cannot_be_compared_is_refused() {
     folder.file("cut.exr", &std::fs::read(&reference).unwrap()[..700]);
     folder.file("cut.hdr", "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 900000 +X 900000\n");
     folder.file("one.hdr", b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 1\n\x80\x80\x80\x80");
+    folder.file("xyz.hdr", "#?RADIANCE\nFORMAT=32-bit_rle_xyze\n\n-Y 1 +X 1\n\0\0\0\0");
     let run = |image: &str| folder.run(&format!("compare {reference} {image}"));
+    run("xyz.hdr").refused(1, &["xyz.hdr", "XYZ", "ra_xyze -r"]);
     run("missing.exr").refused(1, &["missing.exr", "no such file"]);
     run("text.exr").refused(1, &["text.exr", ".exr, .hdr or .png"]);
     run("cut.exr").refused(1, &["cut.exr", "damaged"]);
-    run("cut.hdr").refused(1, &["cut.hdr", "damaged"]);
+    run("cut.hdr").refused(1, &["cut.hdr", "900000 x 900000", "smaller"]);
     run("one.hdr").refused(1, &["one.hdr", "1 x 1", "40 x 30"]);
     run("one.hdr -o x.jpg").refused(2, &["x.jpg", ".png"]);
     run("").refused(2, &["IMAGE"]);
-    assert_eq!(folder.names().len(), 4, "something is left behind");
+    assert_eq!(folder.names().len(), 5, "something is left behind");
 }

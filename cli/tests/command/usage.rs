@@ -161,6 +161,42 @@ fn a_report_goes_into_a_directory() {
     assert_eq!(folder.names(), ["file"]);
 }
 
+/// A pipe would wait for who writes, a device has no end.
+#[cfg(target_os = "linux")]
+#[test]
+fn only_files_are_read() {
+    let folder = Folder::new();
+    let kinds = ["rad", "vf", "kilo", "json", "toml", "exr"];
+    for kind in kinds {
+        let pipe = folder.path().join(format!("pipe.{kind}"));
+        assert!(std::process::Command::new("mkfifo").arg(pipe).status().unwrap().success());
+        let device = folder.path().join(format!("device.{kind}"));
+        std::os::unix::fs::symlink("/dev/zero", device).unwrap();
+        fs::create_dir(folder.path().join(format!("folder.{kind}"))).unwrap();
+        folder.file(&format!("empty.{kind}"), "");
+    }
+    for name in ["pipe", "device", "folder", "empty"] {
+        let part = match name {
+            "pipe" | "device" => "not a regular file",
+            _ => name,
+        };
+        for line in [
+            "compile NAME.rad",
+            "compile NAME.kilo",
+            "render cornell NAME.vf",
+            "render cornell --view NAME.vf",
+            "sim cornell --profile NAME.json",
+            #[cfg(feature = "host")]
+            "host --config NAME.toml",
+            "compare NAME.exr NAME.exr",
+        ] {
+            let line = format!("{} --quiet", line.replace("NAME", name));
+            folder.run(&line).refused(1, &[name, part]);
+        }
+    }
+    assert_eq!(folder.names().len(), 4 * kinds.len(), "something is left behind");
+}
+
 #[test]
 fn the_scenes_are_listed() {
     let folder = Folder::new();

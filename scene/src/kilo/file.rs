@@ -1,4 +1,3 @@
-use std::fs::{self, File};
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -8,6 +7,7 @@ use memmap2::Mmap;
 use super::image::Image;
 use super::tree::check_blocks;
 use crate::compile::Compiled;
+use crate::regular;
 
 /// A `.kilo` file: from the disk, checked in full or as far as [`map`](Self::map) does, or straight from the compiler.
 #[derive(Debug)]
@@ -66,14 +66,7 @@ impl KiloFile {
     /// [`KiloError::Io`] or [`KiloError::Damaged`].
     pub fn map(path: &Path) -> Result<Self, KiloError> {
         let io = |source| KiloError::Io { path: path.into(), source };
-        // Before it is opened: a pipe would wait for who writes.
-        let found = fs::metadata(path).map_err(io)?;
-        if !found.is_file() {
-            let other = || io::Error::new(io::ErrorKind::InvalidInput, "is not a regular file");
-            let directory = || io::Error::from(io::ErrorKind::IsADirectory);
-            return Err(io(if found.is_dir() { directory() } else { other() }));
-        }
-        let file = File::open(path).map_err(io)?;
+        let file = regular::open(path).map_err(io)?;
         let len = file.metadata().map_err(io)?.len();
         let bytes = if len == 0 {
             // Nothing cannot be mapped everywhere.

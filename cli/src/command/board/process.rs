@@ -1,7 +1,7 @@
 //! A node that is a process: the actor over the same lines as a board's, which it gets from `kiloray board` over its standard input.
 
 use std::{
-    env, fs,
+    env,
     io::{self, IoSlice, IoSliceMut},
     mem::MaybeUninit,
     net::TcpStream,
@@ -35,6 +35,7 @@ use super::{
 use crate::{
     args,
     failure::{Failure, Outcome},
+    input,
 };
 
 /// How often a node that has no setup asks for one.
@@ -85,7 +86,7 @@ pub(in crate::command) fn line_node(node: &args::LineNode) -> Outcome {
         let _ = io::copy(&mut io::stdin(), &mut io::sink());
         process::exit(0);
     });
-    let share = fs::read(&node.share).map_err(|error| Failure::io(&node.share, &error))?;
+    let share = input::read(&node.share, u32::MAX.into())?;
     let mut chunks = vec![Chunk::ZERO; share.len().div_ceil(CHUNK_BYTES)];
     let bytes = &mut bytemuck::cast_slice_mut::<_, u8>(&mut chunks)[..share.len()];
     bytes.copy_from_slice(&share);

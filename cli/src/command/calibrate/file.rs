@@ -1,13 +1,17 @@
 //! A profile as a file: JSON, an operation and its nanoseconds on each line.
 
-use std::{fs, path::Path};
+use std::path::Path;
 
 use kiloray_sim::Profile;
 
 use crate::{
     failure::{Failure, Outcome},
+    input,
     output::Output,
 };
+
+/// Greatest file: profiles have about one KiB.
+const BYTES_MAX: u64 = 1 << 20;
 
 /// What the profile in a file is called; the name has the ending by which `--profile` knows a file.
 pub(super) fn name(path: &Path) -> Outcome<String> {
@@ -28,7 +32,7 @@ pub(super) fn write(profile: &Profile, output: Output) -> Outcome {
 
 /// Reads a profile.
 pub(in crate::command) fn read(path: &Path) -> Outcome<Profile> {
-    let text = fs::read(path).map_err(|error| Failure::io(path, &error))?;
+    let text = input::read(path, BYTES_MAX)?;
     serde_json::from_slice(&text).map_err(|error| {
         let cause = format!("{error}; it is no profile: write one with 'kiloray calibrate'");
         Failure::file(path, cause)
