@@ -10,10 +10,9 @@ use crate::failure::{Failure, Outcome};
 /// Prints a line to the standard output.
 pub(crate) fn line(text: Arguments<'_>) -> Outcome {
     let mut out = io::stdout().lock();
-    writeln!(out, "{text}").and_then(|()| out.flush()).map_err(|error| match error.kind() {
-        io::ErrorKind::BrokenPipe => Failure::ClosedPipe,
-        _ => Failure::new(format_args!("standard output: {error}")),
-    })
+    writeln!(out, "{text}")
+        .and_then(|()| out.flush())
+        .map_err(|error| Failure::io("standard output".as_ref(), &error))
 }
 
 /// A count in at most five figures: 950, 12.3 k, 4.56 M.

@@ -11,6 +11,7 @@ mod console;
 mod failure;
 mod input;
 mod interrupt;
+mod memory;
 mod output;
 mod page;
 mod picture;

@@ -19,6 +19,7 @@ use crate::{
     args::{self, ViewChoice},
     console,
     failure::{self, Failure, Outcome},
+    memory,
     progress::Progress,
 };
 
@@ -191,16 +192,21 @@ fn read(sources: &[Source], notes: &mut Vec<String>) -> Outcome<Model> {
         _ => None,
     });
     let Some(name) = builtins.next() else {
-        return import::load(&files, &ImportOptions::default()).map_err(|error| {
+        let model = import::load(&files, &ImportOptions::default()).map_err(|error| {
             notes.extend(error.notes.iter().map(Note::to_string));
             Failure::new(error)
-        });
+        })?;
+        let surfaces = (model.triangles.len() + model.spheres.len()) as u64;
+        memory::for_surfaces(surfaces, &files[0].display().to_string())?;
+        return Ok(model);
     };
     if let Some(other) = builtins.next() {
         return Err(Failure::usage(format_args!(
             "'{other}' beside '{name}': built-in scenes cannot be put together"
         )));
     }
+    let (entry, size) = builtin::find(name).map_err(Failure::usage)?;
+    memory::for_surfaces(entry.surfaces(size), name)?;
     let mut model = builtin::build(name).map_err(Failure::usage)?;
     for path in files {
         if path.extension().is_none_or(|e| !e.eq_ignore_ascii_case("vf")) {

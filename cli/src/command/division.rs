@@ -8,6 +8,7 @@ use serde_json::{Value, json};
 use crate::{
     args::{self, Bounds, Common, Division},
     failure::{Failure, Outcome},
+    memory,
 };
 
 /// Memory of a node where nothing is said.
@@ -26,6 +27,7 @@ pub(super) fn options(
     topology: Topology,
     block_bytes: u64,
 ) -> Outcome<MeshOptions> {
+    memory::for_picture(bounds.width, bounds.height)?;
     let mut options = MeshOptions::new(bounds.width, bounds.height, topology);
     options.settings = Settings {
         samples: common.samples,
@@ -33,7 +35,7 @@ pub(super) fn options(
         bounces: common.bounces as u8,
         seed: common.seed,
     };
-    options.memory = usize::try_from(memory(common))
+    options.memory = usize::try_from(self::memory(common))
         .map_err(|_| Failure::usage("--memory is more than can be addressed"))?;
     with(options, division, block_bytes)
 }

@@ -13,6 +13,7 @@ use crate::{
     args::{Bounds, Common},
     console::{bytes, count},
     failure::{Failure, Outcome},
+    memory,
     progress::Progress,
     scene::Scene,
 };
@@ -29,6 +30,7 @@ pub(super) fn default_block(memory: Option<u64>) -> u32 {
 pub(super) fn options(common: &Common, view: View) -> Outcome<Options> {
     let Bounds { width, height } =
         Bounds::new(common.width, common.height, framing::aspect(&view)).map_err(Failure::usage)?;
+    memory::for_picture(width, height)?;
     let memory = common.memory.map(usize::try_from).transpose();
     Ok(Options {
         width,

@@ -85,7 +85,7 @@ fn help_teaches() {
 fn senseless_lines_are_refused_in_one_line() {
     let folder = Folder::new();
     for (line, part) in [
-        ("render", "SCENE"),
+        ("render", "provided: <SCENE>"),
         ("paint cornell", "paint"),
         ("render cornell --widht 3", "--width"),
         ("render cornell --width 0", "1 to 65536"),
@@ -195,6 +195,46 @@ fn only_files_are_read() {
         }
     }
     assert_eq!(folder.names().len(), 4 * kinds.len(), "something is left behind");
+}
+
+/// More than there is: the system says no before anything is begun.
+#[cfg(target_os = "linux")]
+#[test]
+fn what_needs_too_much_memory_is_refused() {
+    let folder = Folder::new();
+    for (line, part) in [
+        ("render cornell --width 16384 --height 16384", "fewer pixels"),
+        ("sim cornell --width 16384 --height 16384", "fewer pixels"),
+        ("compile sinc:2236", "fewer surfaces"),
+        ("sim cornell --nodes 32768 --width 16", "fewer --nodes"),
+    ] {
+        let script = format!("ulimit -v 2000000; exec \"$0\" {line}");
+        let ended = std::process::Command::new("sh")
+            .args(["-c", &script])
+            .arg(folder.command().get_program())
+            .current_dir(folder.path())
+            .output()
+            .unwrap();
+        let message = String::from_utf8_lossy(&ended.stderr);
+        assert_eq!(ended.status.code(), Some(1), "{line}: {message}");
+        assert!(message.contains("memory") && message.contains(part), "{line}: {message}");
+        assert_eq!(message.lines().count(), 1, "{line}: {message}");
+    }
+    assert!(folder.names().is_empty(), "something is left behind");
+}
+
+/// As of a file.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_disk_behind_the_standard_output_is_told() {
+    let folder = Folder::new();
+    for line in ["scenes", "completions bash", "--help"] {
+        let full = fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
+        let ended = folder.command().args(line.split(' ')).stdout(full).output().unwrap();
+        let message = String::from_utf8_lossy(&ended.stderr);
+        assert_eq!(ended.status.code(), Some(1), "{line}: {message}");
+        assert!(message.starts_with("error: standard output: the disk is full"), "{message}");
+    }
 }
 
 #[test]

@@ -10,6 +10,7 @@ use kiloray_sim::{
 use crate::{
     args::{self, Bounds},
     command::{calibrate, division, engine},
+    console,
     failure::{Failure, Outcome},
     scene::Scene,
 };
@@ -80,7 +81,11 @@ pub(in crate::command) fn baseline(options: &Options) -> Outcome<Options> {
 pub(in crate::command) fn refused(error: Error) -> Failure {
     match error {
         Error::Budget(error) => engine::too_small(&error),
-        Error::Arena(_) => Failure::new(error),
+        Error::Memory { nodes, bytes, .. } => Failure::new(format_args!(
+            "{nodes} nodes of {} have more memory than can be had here; take fewer --nodes, or less --memory",
+            console::bytes(bytes as u64)
+        )),
+        Error::Arena(_) | Error::Threads { .. } => Failure::new(error),
         other => Failure::usage(other),
     }
 }
