@@ -1,5 +1,6 @@
 //! Ctrl-C: what was half done is removed, and the command ends at once; or, where it can, it keeps what
-//! it has, and a second Ctrl-C ends it at once.
+//! it has, and a second Ctrl-C ends it at once. One that comes with the first is none: a terminal and `timeout`
+//! may both send theirs.
 
 use std::{
     collections::BTreeSet,
@@ -9,7 +10,11 @@ use std::{
         Mutex,
         atomic::{AtomicBool, Ordering},
     },
+    time::{Duration, Instant},
 };
+
+/// How long after the first a signal is still the same wish.
+const ONE_WISH: Duration = Duration::from_millis(200);
 
 /// The work at hand can end early, and keep what it has.
 static GENTLE: AtomicBool = AtomicBool::new(false);
@@ -52,11 +57,18 @@ pub(crate) fn is_asked() -> bool {
     CANCEL.load(Ordering::Relaxed)
 }
 
+/// Whether a signal is the first one, or comes with it.
+fn is_one_wish(first: &mut Option<Instant>, now: Instant) -> bool {
+    now.duration_since(*first.get_or_insert(now)) < ONE_WISH
+}
+
 /// From now on Ctrl-C (and a request to terminate) ends the command with exit code 1.
 pub(crate) fn install() {
     // Where no handler can be set the system's default ends the command as well.
-    let _ = ctrlc::set_handler(|| {
-        if GENTLE.load(Ordering::Relaxed) && !CANCEL.swap(true, Ordering::Relaxed) {
+    let mut asked = None;
+    let _ = ctrlc::set_handler(move || {
+        if GENTLE.load(Ordering::Relaxed) && is_one_wish(&mut asked, Instant::now()) {
+            CANCEL.store(true, Ordering::Relaxed);
             return;
         }
         // The lock is kept: no file can be completed or begun from here on.
@@ -71,4 +83,16 @@ pub(crate) fn install() {
         crate::failure::print("interrupted; what was half done is removed");
         std::process::exit(1);
     });
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_second_signal_counts_when_it_is_another_wish() {
+        let (begin, mut first) = (Instant::now(), None);
+        let mut at = |ms| is_one_wish(&mut first, begin + Duration::from_millis(ms));
+        assert_eq!([5, 6, 204, 205, 9000].map(&mut at), [true, true, true, false, false]);
+    }
 }

@@ -6,6 +6,7 @@ use std::{
     io::{self, BufWriter, Write},
     path::{Path, PathBuf},
     sync::Mutex,
+    time::Duration,
 };
 
 use tempfile::NamedTempFile;
@@ -14,6 +15,12 @@ use crate::{
     failure::{Failure, Outcome},
     interrupt::Partial,
 };
+
+/// Names of files that are not complete begin and end with these.
+const PREFIX: &str = ".kiloray-";
+const SUFFIX: &str = ".part";
+/// One that nobody holds may have been made just now.
+const ABANDONED_AFTER: Duration = Duration::from_secs(60);
 
 /// A file to be written: under a name of its own beside its place, and renamed when complete.
 ///
@@ -54,6 +61,22 @@ impl Drop for Claim {
     fn drop(&mut self) {
         if let Ok(mut all) = CLAIMED.lock() {
             all.remove(&self.0);
+        }
+    }
+}
+
+/// Removes what is left of commands that were killed, before they could: it is old, and nobody holds it.
+fn remove_abandoned(folder: &Path) {
+    let files = fs::read_dir(folder).into_iter().flatten().flatten();
+    let is_part = |name: &str| name.starts_with(PREFIX) && name.ends_with(SUFFIX);
+    for file in files.filter(|file| file.file_name().to_str().is_some_and(is_part)) {
+        let is_old = file.metadata().is_ok_and(|found| {
+            let age = found.modified().ok().and_then(|time| time.elapsed().ok());
+            found.is_file() && age.is_some_and(|age| age > ABANDONED_AFTER)
+        });
+        let path = file.path();
+        if is_old && File::open(&path).is_ok_and(|file| file.try_lock().is_ok()) {
+            let _ = fs::remove_file(path);
         }
     }
 }
@@ -138,8 +161,9 @@ impl Output {
             }
             let folder = fs::canonicalize(folder).unwrap_or_else(|_| folder.to_owned());
             let claim = Claim::new(&folder.join(place.file_name().unwrap_or_default()), path)?;
+            remove_abandoned(&folder);
             let mut builder = tempfile::Builder::new();
-            builder.prefix(".kiloray-").suffix(".part");
+            builder.prefix(PREFIX).suffix(SUFFIX);
             #[cfg(unix)]
             {
                 use std::os::unix::fs::PermissionsExt;
@@ -148,6 +172,8 @@ impl Output {
             }
             let file = builder.tempfile_in(folder).map_err(io)?;
             let partial = Partial::new(file.path());
+            // For others: somebody works on it.
+            let _ = file.as_file().lock();
             (Target::File(file, partial), Some(claim))
         };
         Ok(Self { path: path.to_owned(), target, claim })
@@ -187,7 +213,9 @@ impl Output {
         match target {
             Target::Standard => {
                 let mut out = io::stdout().lock();
-                write(&mut out).and_then(|()| out.flush()).map_err(io)
+                write(&mut out)
+                    .and_then(|()| out.flush())
+                    .map_err(|error| Failure::io("standard output".as_ref(), &error))
             }
             Target::Special(file) => {
                 let mut out = BufWriter::new(file);
@@ -270,6 +298,25 @@ mod tests {
         assert!(folder.path().join("c").is_dir());
         let refused = Folder::create(&path.join("out.txt"));
         assert!(matches!(refused, Err(Failure::Failed(message)) if message.contains("is a file")));
+    }
+
+    #[test]
+    fn what_was_abandoned_is_removed() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("out.txt");
+        let ours = Output::create(&path).unwrap();
+        let part = |name: &str, age: u64| {
+            let path = folder.path().join(format!("{PREFIX}{name}{SUFFIX}"));
+            let file = File::create(&path).unwrap();
+            file.set_modified(std::time::SystemTime::now() - Duration::from_secs(age)).unwrap();
+            (path, file)
+        };
+        let (held, new, old) = (part("held", 900), part("new", 0), part("old", 900));
+        held.1.lock().unwrap();
+        Output::create(&folder.path().join("other.txt")).unwrap();
+        assert_eq!([&held, &new, &old].map(|(path, _)| path.exists()), [true, true, false]);
+        ours.write(b"all").unwrap();
+        assert_eq!(fs::read(path).unwrap(), b"all");
     }
 
     #[cfg(unix)]

@@ -126,8 +126,9 @@ fn an_interrupt_leaves_what_is_rendered() {
         assert!(child.try_wait().unwrap().is_none(), "it ended");
         std::thread::yield_now();
     }
-    let id = child.id().to_string();
-    std::process::Command::new("kill").args(["-INT", &id]).status().unwrap();
+    // Two that come together are one wish: a terminal and `timeout` both send theirs.
+    let both = format!("kill -INT {0}; kill -TERM {0}", child.id());
+    std::process::Command::new("sh").args(["-c", &both]).status().unwrap();
     let ended = child.wait_with_output().unwrap();
     let told = String::from_utf8_lossy(&ended.stderr);
     assert_eq!(ended.status.code(), Some(1), "{told}");
@@ -158,6 +159,8 @@ fn senseless_meshes_are_refused_in_one_line() {
         ("--block-replicas 9 --nodes 4", "at most 4"),
         ("--packet 10", "128B"),
         ("--link-bandwidth fast", "1GB/s"),
+        ("--link-latency 1000000s", "0 to 10s"),
+        ("--jitter 11s", "0 to 10s"),
         ("--link-latency 1", "1us"),
         ("--prefetch some", "all"),
         ("--shadow give", "keep, offer, steal"),
