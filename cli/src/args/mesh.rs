@@ -8,7 +8,7 @@ use super::{
     Division,
     options::whole,
     size::parse_bytes,
-    units::{Part, parse_part, parse_rate, parse_time},
+    units::{Part, parse_link_time, parse_part, parse_rate, parse_time},
 };
 
 /// Options of a simulated mesh.
@@ -32,10 +32,10 @@ pub(crate) struct Mesh {
     #[arg(long, value_name = "RATE", value_parser = parse_rate, allow_hyphen_values = true, help_heading = "Links")]
     pub(crate) link_bandwidth: Option<u64>,
     /// Time of a byte over a link, as in 1us [default: 1us]
-    #[arg(long, value_name = "TIME", value_parser = parse_time, allow_hyphen_values = true, help_heading = "Links")]
+    #[arg(long, value_name = "TIME", value_parser = parse_link_time, allow_hyphen_values = true, help_heading = "Links")]
     pub(crate) link_latency: Option<u64>,
     /// Greatest age of messages that wait for others to the same node, to share a packet with them [default: as long as two packets take over a link]
-    #[arg(long, value_name = "TIME", value_parser = parse_time, allow_hyphen_values = true, help_heading = "Links")]
+    #[arg(long, value_name = "TIME", value_parser = parse_link_time, allow_hyphen_values = true, help_heading = "Links")]
     pub(crate) bundle: Option<u64>,
     /// Whether a router waits for a whole packet (store) or passes on its head at once (cut)
     #[arg(long, value_name = "S", value_enum, help_heading = "Links")]
@@ -48,7 +48,7 @@ pub(crate) struct Mesh {
     #[arg(long, value_name = "PART", value_parser = parse_part, allow_hyphen_values = true, help_heading = "Faults")]
     pub(crate) duplicate: Option<Part>,
     /// Each packet is late by a random time up to this one
-    #[arg(long, value_name = "TIME", value_parser = parse_time, allow_hyphen_values = true, help_heading = "Faults")]
+    #[arg(long, value_name = "TIME", value_parser = parse_link_time, allow_hyphen_values = true, help_heading = "Faults")]
     pub(crate) jitter: Option<u64>,
     /// A node that crashes at a time of the run, as in 5@2ms (repeatable)
     #[arg(long, value_name = "NODE@TIME", value_delimiter = ',', help_heading = "Faults")]

@@ -56,9 +56,11 @@ fn one_line(text: &str, command: Option<&OsString>) -> String {
         .take_while(|line| !line.starts_with("Usage:") && !line.starts_with("For more"))
         .filter(|line| !line.is_empty())
         .collect();
+    // What follows a colon belongs to it.
+    let words = words.join("; ").replace(":; ", ": ");
     let known = |name: &&str| command_exists(name);
     let of = command.and_then(|c| c.to_str()).filter(known).map(|c| format!(" {c}"));
-    format!("{} (see 'kiloray{} --help')", words.join("; "), of.unwrap_or_default())
+    format!("{} (see 'kiloray{} --help')", words, of.unwrap_or_default())
 }
 
 fn command_exists(name: &str) -> bool {
@@ -112,7 +114,7 @@ mod tests {
         ] {
             let Err(Failure::Usage(message)) = parsed(line) else { panic!("{line} is accepted") };
             assert!(!message.contains('\n') && message.contains(part), "{line}: {message}");
-            assert!(message.contains("--help"), "{line}: {message}");
+            assert!(message.contains("--help") && !message.contains(":;"), "{line}: {message}");
         }
     }
 }

@@ -40,6 +40,15 @@ pub(crate) fn parse_time(text: &str) -> Result<u64, String> {
     scaled(number, unit, &format!("'{text}' is no time; write it as in 1us or 2.5ms"))
 }
 
+/// Longest that a link or a wait for it can take: virtual time ends after two years, and nodes wait many times as long for an answer.
+const LINK_TIME_MAX: u64 = 10_000_000_000;
+
+/// A time that a packet spends on a link, or waits for it.
+pub(crate) fn parse_link_time(text: &str) -> Result<u64, String> {
+    let time = parse_time(text)?;
+    if time <= LINK_TIME_MAX { Ok(time) } else { Err("a link takes 0 to 10s".into()) }
+}
+
 /// Bytes per second: `1GB/s`, `125MB/s`, `20Mbit/s`.
 pub(crate) fn parse_rate(text: &str) -> Result<u64, String> {
     let (number, unit) = split(text);
@@ -139,6 +148,14 @@ mod tests {
             "99999999999s",
         ] {
             assert!(parse_time(text).is_err(), "{text}");
+        }
+    }
+
+    #[test]
+    fn links_take_seconds_at_most() {
+        assert_eq!(parse_link_time("10s"), Ok(10_000_000_000));
+        for text in ["10.1s", "1000000s", "-1s"] {
+            assert!(parse_link_time(text).is_err(), "{text}");
         }
     }
 

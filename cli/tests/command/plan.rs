@@ -19,6 +19,13 @@ fn the_budget_of_a_node_of_a_mesh_is_the_simulators() {
     assert!(text.contains("messages") && text.contains(&format!("{sum} of 65536")), "{text}");
     assert!(text.contains("Node 0 of 16") && text.contains("--owned-in-arena"), "{text}");
 
+    // Blocks on their way take a part of the frames alone.
+    let frames = lines.iter().find(|line| line["line"] == "block frames").unwrap();
+    let (frames, fetches) = (frames["capacity"].as_u64().unwrap(), &json["fetches"]);
+    assert!(fetches.as_u64().unwrap() <= (frames / 8).max(1), "{json}");
+    let both = format!("frames for {frames} others, and at most {fetches} of them on their way");
+    assert!(text.contains(&both), "{text}");
+
     // The least memory is one: a byte less is refused, and the reason names it.
     let least = json["least"].as_u64().unwrap();
     let at = |memory: u64| {

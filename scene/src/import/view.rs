@@ -97,8 +97,13 @@ fn options(view: &mut View, text: &[u8], model: &mut Model) -> Result<usize, Cau
     let mut found = 0;
     while let Some(option) = words.word(false) {
         let mut value = || match words.word(false) {
-            Some(word) => number(word),
-            None => Err(syntax(format!("the view option `{}` lacks a number", shown(option)))),
+            Some(word) => number(word).map_err(|cause| {
+                syntax(format!("the view option `{}` takes numbers: {cause}", shown(option)))
+            }),
+            None => Err(syntax(format!(
+                "the view option `{}` lacks a number; -vp, -vd and -vu take three, others one",
+                shown(option)
+            ))),
         };
         let mut vector = || Ok::<_, Cause>(DVec3::new(value()?, value()?, value()?));
         found += 1;
@@ -122,7 +127,9 @@ fn options(view: &mut View, text: &[u8], model: &mut Model) -> Result<usize, Cau
             }
             [b'-', b'v', ..] => {
                 let option = shown(option);
-                return Err(syntax(format!("`{option}` is not a view option")));
+                return Err(syntax(format!(
+                    "`{option}` is not a view option; there are -vtv -vtl -vp -vd -vu -vh -vv -vs -vl -vo -va"
+                )));
             }
             _ => {
                 found -= 1;
@@ -162,10 +169,10 @@ mod tests {
     fn bad_options_are_named() {
         for (bad, says) in [
             ("-vth", "-vth"),
-            ("-vp 1 2", "lacks"),
+            ("-vp 1 2", "-vp, -vd and -vu take three"),
             ("-vp 1 2 nan", "finite"),
-            ("-vp 1 2 x", "`x`"),
-            ("-vq 3", "-vq"),
+            ("-vp 1 2 x", "`-vp` takes numbers: `x`"),
+            ("-vq 3", "there are -vtv"),
             ("-vh 180", "180"),
             ("-vd 0 0 0", "direction"),
             ("-vd 0 0 1", "parallel"),

@@ -64,6 +64,7 @@ pub(super) fn run(arguments: &args::Plan) -> Outcome {
             "node": number,
             "total": fullest.budget.bytes(),
             "lines": lines(&fullest.budget),
+            "fetches": fullest.plan.fetches,
             "tile": fullest.plan.side,
             "packet_payload": fullest.plan.payload(),
             "blocks": file.blocks(),
@@ -108,11 +109,12 @@ impl Share<'_> {
         let (least, most) = self.owned;
         let of = |blocks: u32| bytes(u64::from(blocks) * block_bytes);
         line(format_args!(
-            "A node owns {} of {} blocks of {block_bytes} bytes ({}), and can fetch {} at once into frames.",
+            "A node owns {} of {} blocks of {block_bytes} bytes ({}), has frames for {} others, and at most {} of them on their way at once.",
             range(least, most),
             count(file.blocks().into()),
             if least == most { of(most) } else { format!("{} to {}", of(least), of(most)) },
             plan.frames,
+            plan.fetches,
         ))?;
         match self.in_arena {
             _ if owned_in_arena => {
