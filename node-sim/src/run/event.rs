@@ -40,14 +40,17 @@ const SEQUENCE: u32 = 40;
 /// Bits of an event: its kind, and where.
 const EVENT: u32 = 32;
 const KIND: u32 = 3;
-/// The last moment that is told from others: after two years.
+/// The last moment there is, after two years: nothing happens behind it.
 const LAST: u64 = u64::MAX >> (SEQUENCE + EVENT - u64::BITS);
 
 impl EventQueue {
-    /// Enters what is to happen at a time. O(log n).
+    /// Enters what is to happen at a time, if time goes so far: a call for a later deadline would be too early for ever. O(log n).
     pub(crate) fn push(&mut self, time: u64, event: Event) {
+        if time > LAST {
+            return;
+        }
         self.sequence += 1;
-        let time = u128::from(time.min(LAST)) << (SEQUENCE + EVENT);
+        let time = u128::from(time) << (SEQUENCE + EVENT);
         let order = u128::from(self.sequence) << EVENT;
         self.heap.push(Reverse(Entry(time | order | u128::from(event.encode()))));
     }
@@ -128,9 +131,10 @@ mod tests {
         events.iter().for_each(|&event| queue.push(LAST, event));
         assert!(events.iter().all(|&event| queue.pop() == Some((LAST, event))));
         // A time limit may be as far away as there are numbers.
+        queue.push(LAST + 1, Event::Wake);
         queue.push(u64::MAX, Event::Wake);
         queue.push(7, Event::Done);
         assert_eq!(queue.pop(), Some((7, Event::Done)));
-        assert_eq!(queue.pop(), Some((LAST, Event::Wake)));
+        assert_eq!(queue.pop(), None);
     }
 }
