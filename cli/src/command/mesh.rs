@@ -1,6 +1,7 @@
 //! What is told of a run on a mesh, whatever its nodes are: simulated ones, or processes.
 
 use kiloray_core::node::Counts;
+use kiloray_render::ThreadScratch;
 use kiloray_sim::{MessageReport, TASK_BYTES, TileReport};
 use serde::Serialize;
 use serde_json::{Value, json};
@@ -134,16 +135,18 @@ pub(super) fn incomplete(page: &mut Page, why: &str) {
 /// What a node takes beside the memory that it divides.
 pub(super) fn beside() -> String {
     format!(
-        "Beside it a node takes {TASK_BYTES} bytes of this machine's memory for its task (`size_of`), and a stack: {} bytes where it was measured, on {}.",
+        "Beside it a node takes {TASK_BYTES} bytes of this machine's memory for its task (`size_of`), and a stack: {} bytes where it was measured, on {}. All nodes of a thread trace their rays in {} bytes that it lends (on a board rays go one by one, and theirs lie on the stack).",
         firmware::PAINTED,
-        firmware::PAINTED_ON
+        firmware::PAINTED_ON,
+        ThreadScratch::BYTES
     )
 }
 
 /// The same, for scripts.
 pub(super) fn beside_json() -> Value {
     let (stack, on) = (firmware::PAINTED, firmware::PAINTED_ON);
-    json!({ "task": TASK_BYTES, "stack_measured": stack, "stack_measured_on": on })
+    let lent = ThreadScratch::BYTES;
+    json!({ "task": TASK_BYTES, "stack_measured": stack, "stack_measured_on": on, "lent_by_thread": lent })
 }
 
 /// The part of the accesses that hit the cache.

@@ -95,7 +95,9 @@ impl<
     #[inline(always)]
     fn run(self) -> Self::Result {
         let Self { flow, stream, signs, first } = self;
-        let turn = Turn::of(&PreparedRay { signs, ..PreparedRay::NONE });
+        let from_end =
+            flow.source.holds_all() && flow.queries.first().is_some_and(Query::is_from_end);
+        let turn = Turn::new(signs, from_end);
         let Stream { rays, levels, crossings, quad, used, visited, .. } = stream;
         let Rays { groups, .. } = rays;
         let beam_of = groups.get(first..*used).unwrap_or_default();

@@ -2,8 +2,6 @@
 
 use glam::Vec3;
 
-use crate::geometry::PreparedRay;
-
 /// The way of a ray through the slots of any node: a word of [`Node::order`](crate::block::format::Node::order), from its front or from
 /// its back. It follows from the signs of the ray's direction.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -14,27 +12,21 @@ pub struct Turn {
 }
 
 impl Turn {
-    /// The way of a ray.
-    #[inline(always)]
-    #[must_use]
-    pub fn of(ray: &PreparedRay) -> Self {
-        Self::new(ray.signs)
-    }
-
     /// The way of rays in about this direction.
     #[inline(always)]
     pub(super) fn along(direction: Vec3) -> Self {
         let sign = |x: f32| u8::from(x < 0.0);
-        Self::new(sign(direction.x) | sign(direction.y) << 1 | sign(direction.z) << 2)
+        Self::new(sign(direction.x) | sign(direction.y) << 1 | sign(direction.z) << 2, false)
     }
 
-    /// Of rays that descend the axes of these bits.
+    /// The way of rays that descend the axes of these bits, or from their far end.
     #[inline(always)]
-    const fn new(signs: u8) -> Self {
-        if signs & 4 == 0 {
-            Self { word: signs & 3, flip: 0 }
-        } else {
-            Self { word: !signs & 3, flip: 7 }
+    #[must_use]
+    pub const fn new(signs: u8, from_end: bool) -> Self {
+        let backward = (signs & 4 != 0) != from_end;
+        Self {
+            word: if signs & 4 == 0 { signs & 3 } else { !signs & 3 },
+            flip: if backward { 7 } else { 0 },
         }
     }
 
@@ -77,7 +69,7 @@ impl Turn {
 mod tests {
     use super::*;
     use crate::block::format::{Node, order_of};
-    use crate::geometry::Ray;
+    use crate::geometry::{PreparedRay, Ray};
 
     #[test]
     fn a_ray_and_its_opposite_go_through_the_same_word() {
@@ -88,8 +80,10 @@ mod tests {
             let direction = [0, 1, 2].map(|a| if signs >> a & 1 == 1 { -1.0 } else { 1.0 });
             let direction = Vec3::from_array(direction);
             let ray = Ray { origin: Vec3::ZERO, direction, t_min: 0.0, t_max: 1.0 };
-            let turn = Turn::of(&PreparedRay::new(&ray));
+            let turn = Turn::new(PreparedRay::new(&ray).signs, false);
             assert_eq!(turn, Turn::along(direction));
+            let back = Turn::new(signs, true);
+            assert_eq!((back.word(), back.is_backward()), (turn.word(), !turn.is_backward()));
             let descends = if signs < 4 { signs } else { 7 - signs };
             assert_eq!(turn.word(), usize::from(descends));
             let word = turn.of_node(&node.order);

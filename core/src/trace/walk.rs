@@ -117,9 +117,9 @@ fn walk<const CONTINUED: bool, L: Lanes, S: BlockSource, Q: Query>(
     source: &mut S,
     query: &mut Q,
 ) -> Result<(), TraceError<S::Error>> {
-    let turn = Turn::of(&cursor.ray);
     // A source that has all blocks stops nothing, and a trail is never needed.
     let trails = !source.holds_all();
+    let turn = Turn::new(cursor.ray.signs, !CONTINUED && !trails && query.is_from_end());
     // The path of the trail leads on below the place.
     let mut restarts = run.collapsed.unbounded_shr(u32::from(run.at.entry.level())) != 0;
     loop {

@@ -10,6 +10,11 @@ pub struct ThreadScratch {
     pub together: bool,
 }
 
+impl ThreadScratch {
+    /// Room in which a thread traces the rays of its nodes: of one ray, and of rays together.
+    pub const BYTES: usize = size_of::<Cursor>() + size_of::<Neighbours>();
+}
+
 thread_local! {
     static CURSOR: RefCell<Box<Cursor>> = RefCell::default();
     static NEIGHBOURS: RefCell<Box<Neighbours>> = RefCell::default();

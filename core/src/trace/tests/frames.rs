@@ -25,10 +25,10 @@ pub(crate) fn enclose(lanes: impl Lanes) {
         for (at, &(block, index)) in grown.nodes.iter().zip(&grown.from) {
             let view = BlockView::trusted(blocks.get(block).unwrap());
             let node = view.node(index).unwrap();
-            for ray in &rays {
+            for (ray, from_end) in rays.iter().zip([false, true].into_iter().cycle()) {
                 let prepared = lanes.ray(ray);
                 let frame = lanes.frame(&prepared, view.header());
-                let turn = Turn::of(ray);
+                let turn = Turn::new(ray.signs, from_end);
                 let order = turn.of_node(&node.order);
                 let slots = |span, near: &mut _| {
                     let visit = |to: Places<'_>| lanes.visit(&frame, node, turn, span, 0, to);
@@ -146,7 +146,7 @@ pub(crate) fn lists_select(lanes: impl Lanes) {
         let order = order_of([3, 1, 4, 0, 5, 7, 2, 6]);
         let slots = random.below(256) as u8;
         for signs in 0..8 {
-            let turn = Turn::of(&PreparedRay { signs, ..PreparedRay::NONE });
+            let turn = Turn::new(signs, false);
             let places = lanes.by_place(turn, order, slots);
             for place in 0..8 {
                 assert_eq!(places >> place & 1, slots >> turn.slot(order, place) & 1);
