@@ -8,14 +8,14 @@ use kiloray_core::block::{
     BlockView, Expanded, ExpandedChild, ExpandedNode, ExpandedTop, KiloView,
 };
 
-/// Of so many bytes of blocks, one node is expanded: half of the memory that blocks take.
-const BLOCK_BYTES_PER_NODE: usize = 512;
+/// Of so many bytes of blocks, one node is expanded: two fifths of the memory that blocks take.
+const BLOCK_BYTES_PER_NODE: usize = 640;
 /// So many nodes at least: all of a small scene.
 const NODES_MIN: usize = 64;
 /// So many nodes at most: 64 MiB.
 const NODES_MAX: usize = 1 << 18;
 
-/// The upper part of the tree of a file as [`ExpandedTop`]: the nodes with the greatest boxes, which most rays visit, in half of the memory that
+/// The upper part of the tree of a file as [`ExpandedTop`]: the nodes with the greatest boxes, which most rays visit, in two fifths of the memory that
 /// its blocks take.
 #[derive(Debug, Clone, Default)]
 pub struct Top {
