@@ -59,30 +59,30 @@ pub struct Profile {
 }
 
 impl Profile {
-    /// One core of a PC (AMD EPYC, AVX2), by `kiloray calibrate`; the time of a message is that of writing, routing and
+    /// One core of a PC (Intel Xeon, Emerald Rapids, AVX-512), by `kiloray calibrate`; the time of a message is that of writing, routing and
     /// reading a short one.
     pub const PC: Self = Self {
         name: Cow::Borrowed("pc"),
         source: Cow::Borrowed(
-            "measured: one core of an AMD EPYC with AVX2, fitted to pictures rendered by one thread",
+            "measured: one core of an Intel Xeon with AVX-512, fitted to pictures rendered by one thread",
         ),
-        node: 23.3,
-        leaf: 15.9,
-        block: 21.6,
-        ray: 153.6,
-        shadow_ray: 37.6,
+        node: 16.9,
+        leaf: 33.8,
+        block: 15.6,
+        ray: 172.0,
+        shadow_ray: 38.3,
         together: true,
-        bundle_ray: 23.4,
-        bundle_node: 32.1,
-        bundle_box: 6.3,
-        bundle_triangle: 31.4,
-        shading: 341.0,
-        light: 21.2,
-        light_sample: 92.5,
-        clip: 873.0,
-        message: 50.0,
-        copy: 0.029,
-        check: 0.17,
+        bundle_ray: 17.5,
+        bundle_node: 18.8,
+        bundle_box: 19.8,
+        bundle_triangle: 24.4,
+        shading: 255.6,
+        light: 46.3,
+        light_sample: 81.7,
+        clip: 1376.6,
+        message: 55.8,
+        copy: 0.051,
+        check: 0.206,
     };
 
     /// INMOS T800 at 20 MHz: 1.5 million floating-point operations and 10 million instructions a second (data sheet), with memory

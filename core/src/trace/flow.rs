@@ -38,8 +38,7 @@ pub(super) struct Flow<'a, L, S, P, Q> {
 }
 
 impl<L: Lanes, S: BlockSource, P: Stops<S::Error>, Q: Query> Flow<'_, L, S, P, Q> {
-    /// Traces a ray for which no box test can be made.
-    #[cold]
+    /// Traces a ray by itself.
     #[inline(never)]
     pub(super) fn alone(
         &mut self,

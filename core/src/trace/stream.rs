@@ -23,6 +23,8 @@ use core::ops::Range;
 
 /// Rays that are sorted at a time, for each group of a stream.
 const SORTED: usize = 32;
+/// Fewer rays of the same signs than this go one by one: a list so short costs more than it saves.
+const SHORTEST: usize = 8;
 /// Fewer rays of a kind than this are not coherent.
 const FEWEST: usize = 4;
 /// If the slopes of rays of a kind along their greatest axis differ by more than this, they are not coherent.
@@ -203,7 +205,7 @@ impl<const GROUPS: usize> Stream<GROUPS> {
             begin = end;
             while from < to {
                 if self.used >= GROUPS {
-                    self.flush(&mut flow, kind.signs())?;
+                    self.flush(&mut flow, single, kind.signs())?;
                 }
                 let (first, count) = (self.used, self.levels[0].count);
                 while from < to && self.used < GROUPS {
@@ -226,7 +228,7 @@ impl<const GROUPS: usize> Stream<GROUPS> {
                 }
             }
             if kind.axis() == 2 {
-                self.flush(&mut flow, kind.signs())?;
+                self.flush(&mut flow, single, kind.signs())?;
             }
         }
         Ok(())
@@ -262,10 +264,20 @@ impl<const GROUPS: usize> Stream<GROUPS> {
     fn flush<L: Lanes, S: BlockSource, P: Stops<S::Error>, Q: Query>(
         &mut self,
         flow: &mut Flow<'_, L, S, P, Q>,
+        single: &mut Cursor,
         signs: u8,
     ) -> Result<(), TraceError<S::Error>> {
-        if self.levels[0].count != 0 {
+        let Level { list, count, .. } = &self.levels[0];
+        let list = list.as_flattened().get(..*count).unwrap_or_default();
+        if list.len() >= SHORTEST {
             flow.run::<false, GROUPS>(self, signs, 0)?;
+        } else {
+            let index = self.rays.index.as_flattened();
+            for &id in list {
+                let Some(&ray) = index.get(usize::from(id)) else { continue };
+                flow.alone(single, ray)?;
+            }
+            self.levels[0].count = 0;
         }
         self.used = 0;
         Ok(())
