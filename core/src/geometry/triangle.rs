@@ -43,7 +43,7 @@ impl PreparedRay {
     ///
     /// # Order of operations
     ///
-    /// All f32, never fused; `(kx, ky, kz)` and `(sx, sy, sz)` are the ray's [`axis`](Self::axis) and
+    /// All f32, never fused; `(kx, ky, kz)` and `(sx, sy, sz)` are the ray's axis and
     /// [`shear`](Self::shear).
     ///
     /// 1. Per vertex: `a = v - o` on each axis; `x = a[kx] - sx * a[kz]`, `y = a[ky] - sy * a[kz]`, `z = sz * a[kz]`.
