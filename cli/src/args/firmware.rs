@@ -3,7 +3,7 @@
 /// The future of the node's task, the buffers of its lines, and what else has its place from the start \[bytes\].
 pub(crate) const STATICS: u64 = 14 << 10;
 /// The deepest calls and an interrupt \[bytes\].
-pub(crate) const STACK: u64 = 12 << 10;
+pub(crate) const STACK: u64 = 14 << 10;
 
 /// The deepest stack that a node was seen to take: `node-board/painted`, a Cortex-M4F that renders `glass` with all features of materials \[bytes\].
 pub(crate) const PAINTED: u64 = 9_008;

@@ -77,8 +77,8 @@ fn what_cannot_be_is_refused() {
 fn of_all_ram_the_firmware_takes_its_part() {
     let folder = Folder::new();
     let out = folder.run("plan cornell --nodes 4 --ram 64KiB").done().out();
-    assert!(out.contains("38.0 KiB are left"), "{out}");
-    assert!(out.contains("of 38912"), "{out}");
+    assert!(out.contains("36.0 KiB are left"), "{out}");
+    assert!(out.contains("of 36864"), "{out}");
     folder.run("plan cornell --nodes 4 --ram 30KiB").refused(1, &["too small"]);
     folder.run("plan cornell --ram 64KiB --memory 64KiB").refused(2, &["--memory"]);
 }
