@@ -39,6 +39,7 @@ pub(super) struct Flow<'a, L, S, P, Q> {
 
 impl<L: Lanes, S: BlockSource, P: Stops<S::Error>, Q: Query> Flow<'_, L, S, P, Q> {
     /// Traces a ray by itself.
+    #[cold]
     #[inline(never)]
     pub(super) fn alone(
         &mut self,
@@ -116,97 +117,91 @@ impl<
             {
                 (block, child) = (b, bits.into());
             }
-            if block == TOP {
-                if let Some(node) = flow.source.top().node(child) {
-                    if place.too_many() {
-                        break 'tree corrupt;
-                    }
-                    let planes = sides((&node.lo, &node.hi), signs);
-                    let slots = if COHERENT {
-                        let (near, far) = planes;
-                        level.planes = [near.map(|row| *row), far.map(|row| *row)];
-                        flow.lanes.beam(&beam, planes, &mut level.enter)
-                    } else {
-                        let (list, met) = (&level.list, &mut level.met);
-                        visited.boxes = visited.boxes.wrapping_add(level.count as u64);
-                        flow.lanes.boxes(&rays.groups, list, level.count, planes, met)
+            'node: {
+                let planes = if block == TOP {
+                    let top = flow.source.top();
+                    let Some(node) = top.node(child) else {
+                        let Some(to) = top.reference(child) else { break 'node };
+                        (block, child) = (to.block, to.node.into());
+                        continue 'tree;
                     };
+                    let (near, far) = sides((&node.lo, &node.hi), signs);
+                    if COHERENT {
+                        level.planes = [near.map(|row| *row), far.map(|row| *row)];
+                    }
                     level.child = node.child;
                     level.order = turn.of_node(&node.order);
-                    level.pending = flow.lanes.by_place(turn, level.order, slots);
-                    level.block = block;
-                } else if let Some(to) = flow.source.top().reference(child) {
-                    (block, child) = (to.block, to.node.into());
-                    continue;
-                }
-            } else {
-                match flow.source.block(block) {
-                    Ok(view) => {
-                        visited.blocks = visited.blocks.wrapping_add(u64::from(block != last));
-                        last = block;
-                        let bits = child as u16;
-                        if is_node(bits) {
-                            let Some(node) = view.node(bits & INDEX) else { break 'tree corrupt };
-                            if place.too_many() {
-                                break 'tree corrupt;
+                    (near, far)
+                } else {
+                    let view = match flow.source.block(block) {
+                        Ok(view) => view,
+                        Err(error) => {
+                            if let Err(error) = flow.stops.lacks(error) {
+                                break 'tree Err(TraceError::Source(error));
                             }
-                            decode(&mut level.planes, view.header(), node, signs);
-                            let planes = planes_of(&level.planes);
-                            let slots = if COHERENT {
-                                flow.lanes.beam(&beam, planes, &mut level.enter)
-                            } else {
-                                let (list, met) = (&level.list, &mut level.met);
-                                visited.boxes = visited.boxes.wrapping_add(level.count as u64);
-                                flow.lanes.boxes(&rays.groups, list, level.count, planes, met)
-                            };
-                            level.child = children(node);
-                            level.order = turn.of_node(&node.order);
-                            level.pending = flow.lanes.by_place(turn, level.order, slots);
-                            level.block = block;
-                        } else if is_leaf(bits) {
-                            let queries = &mut *flow.queries;
-                            let mut to = Leaf {
-                                lanes: flow.lanes,
-                                view: &view,
+                            stop::<COHERENT, _, _, _, GROUPS>(
+                                flow.lanes,
+                                flow.stops,
+                                levels,
+                                depth,
+                                turn,
                                 rays,
-                                of: flow.rays,
-                                crossings,
-                                queries,
-                                visited: &mut *visited,
-                            };
-                            let changed = if COHERENT {
-                                to.test(quad, bits, level.lanes())
-                            } else {
-                                to.test(quad, bits, level.alone())
-                            };
-                            if COHERENT && changed {
-                                let groups = rays.groups.get(first..*used);
-                                beam.t_max = farthest(groups.unwrap_or_default());
-                            }
-                        } else if is_ref(bits) {
-                            let Some(to) = view.reference(bits & INDEX) else {
-                                break 'tree corrupt;
-                            };
-                            (block, child) = (to.block, (to.node & INDEX).into());
-                            continue;
+                                block,
+                                child as u16,
+                            );
+                            break 'node;
                         }
-                    }
-                    Err(error) => {
-                        if let Err(error) = flow.stops.lacks(error) {
-                            break Err(TraceError::Source(error));
-                        }
-                        stop::<COHERENT, _, _, _, GROUPS>(
-                            flow.lanes,
-                            flow.stops,
-                            levels,
-                            depth,
-                            turn,
+                    };
+                    visited.blocks = visited.blocks.wrapping_add(u64::from(block != last));
+                    last = block;
+                    let bits = child as u16;
+                    if is_leaf(bits) {
+                        let mut to = Leaf {
+                            lanes: flow.lanes,
+                            view: &view,
                             rays,
-                            block,
-                            child as u16,
-                        );
+                            of: flow.rays,
+                            crossings,
+                            queries: &mut *flow.queries,
+                            visited: &mut *visited,
+                        };
+                        let changed = if COHERENT {
+                            to.test(quad, bits, level.lanes())
+                        } else {
+                            to.test(quad, bits, level.alone())
+                        };
+                        if COHERENT && changed {
+                            let groups = rays.groups.get(first..*used);
+                            beam.t_max = farthest(groups.unwrap_or_default());
+                        }
+                        break 'node;
                     }
+                    if is_ref(bits) {
+                        let Some(to) = view.reference(bits & INDEX) else { break 'tree corrupt };
+                        (block, child) = (to.block, (to.node & INDEX).into());
+                        continue 'tree;
+                    }
+                    if !is_node(bits) {
+                        break 'node;
+                    }
+                    let Some(node) = view.node(bits & INDEX) else { break 'tree corrupt };
+                    decode(&mut level.planes, view.header(), node, signs);
+                    level.child = children(node);
+                    level.order = turn.of_node(&node.order);
+                    planes_of(&level.planes)
+                };
+                if place.too_many() {
+                    break 'tree corrupt;
                 }
+                let slots = if COHERENT {
+                    flow.lanes.beam(&beam, planes, &mut level.enter)
+                } else {
+                    let (list, met) = (&level.list, &mut level.met);
+                    visited.boxes = visited.boxes.wrapping_add(level.count as u64);
+                    flow.lanes.boxes(&rays.groups, list, level.count, planes, met)
+                };
+                level.pending = flow.lanes.by_place(turn, level.order, slots);
+                level.block = block;
             }
             // The next child that any ray meets.
             loop {

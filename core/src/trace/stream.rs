@@ -23,7 +23,7 @@ use core::ops::Range;
 
 /// Rays that are sorted at a time, for each group of a stream.
 const SORTED: usize = 32;
-/// Fewer rays of the same signs than this go one by one: a list so short costs more than it saves.
+/// Where blocks are fetched, fewer rays of the same signs than this go one by one: they soon part there.
 const SHORTEST: usize = 8;
 /// Fewer rays of a kind than this are not coherent.
 const FEWEST: usize = 4;
@@ -178,25 +178,21 @@ impl<const GROUPS: usize> Stream<GROUPS> {
     ) -> Result<(), TraceError<S::Error>> {
         for (rays, queries) in rays.chunks(SORTED * GROUPS).zip(queries.chunks_mut(SORTED * GROUPS))
         {
-            self.trace_sorted(lanes, single, source, stops, rays, queries)?;
+            self.trace_sorted(&mut Flow { lanes, source, stops, rays, queries }, single)?;
         }
         Ok(())
     }
 
     /// .. of as many as are sorted at a time.
     #[inline(always)]
-    fn trace_sorted<L: Lanes, S: BlockSource, Q: Query>(
+    fn trace_sorted<L: Lanes, S: BlockSource, P: Stops<S::Error>, Q: Query>(
         &mut self,
-        lanes: L,
+        flow: &mut Flow<'_, L, S, P, Q>,
         single: &mut Cursor,
-        source: &mut S,
-        stops: &mut impl Stops<S::Error>,
-        rays: &[Ray],
-        queries: &mut [Q],
     ) -> Result<(), TraceError<S::Error>> {
+        let (lanes, rays) = (flow.lanes, flow.rays);
         let ends = self.sort(lanes, rays);
         let mut begin = 0;
-        let mut flow = Flow { lanes, source, stops, rays, queries };
         // A search before may have ended with an error.
         (self.used, self.levels[0].count) = (0, 0);
         for (&end, kind) in ends.iter().zip(0_u8..) {
@@ -205,7 +201,7 @@ impl<const GROUPS: usize> Stream<GROUPS> {
             begin = end;
             while from < to {
                 if self.used >= GROUPS {
-                    self.flush(&mut flow, single, kind.signs())?;
+                    self.flush(flow, single, kind.signs())?;
                 }
                 let (first, count) = (self.used, self.levels[0].count);
                 while from < to && self.used < GROUPS {
@@ -224,11 +220,11 @@ impl<const GROUPS: usize> Stream<GROUPS> {
                 }
                 let taken = self.levels[0].count - count;
                 if taken >= FEWEST && self.is_coherent(first) {
-                    self.coherent(&mut flow, kind.signs(), first, count..count + taken)?;
+                    self.coherent(flow, kind.signs(), first, count..count + taken)?;
                 }
             }
             if kind.axis() == 2 {
-                self.flush(&mut flow, single, kind.signs())?;
+                self.flush(flow, single, kind.signs())?;
             }
         }
         Ok(())
@@ -269,7 +265,8 @@ impl<const GROUPS: usize> Stream<GROUPS> {
     ) -> Result<(), TraceError<S::Error>> {
         let Level { list, count, .. } = &self.levels[0];
         let list = list.as_flattened().get(..*count).unwrap_or_default();
-        if list.len() >= SHORTEST {
+        let shortest = if flow.source.holds_all() { 1 } else { SHORTEST };
+        if list.len() >= shortest {
             flow.run::<false, GROUPS>(self, signs, 0)?;
         } else {
             let index = self.rays.index.as_flattened();
