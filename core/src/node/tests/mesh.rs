@@ -55,6 +55,8 @@ pub(super) struct More {
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Faults {
     pub(super) losses: u8,
+    /// Packets that arrive twice.
+    pub(super) doubles: u8,
     pub(super) crashes: u8,
     /// Time limits that pass early.
     pub(super) early: u8,
@@ -326,11 +328,11 @@ impl<'a> World<'a> {
             {
                 actions.push(Action::Crash(node));
             }
-            for port in (0..self.links[usize::from(node)].len() as u16).filter(|_| left.losses > 0)
-            {
+            for port in 0..self.links[usize::from(node)].len() as u16 {
                 let full = !self.link(node, port).is_empty();
                 if full || self.setup.fused && self.router(node).would_transmit(Port(port)) {
-                    actions.push(Action::Lose(node, port));
+                    actions.extend((left.losses > 0).then_some(Action::Lose(node, port)));
+                    actions.extend((left.doubles > 0).then_some(Action::Double(node, port)));
                 }
             }
         }
@@ -389,7 +391,13 @@ impl<'a> World<'a> {
             Action::Poll(node) => self.poll(node),
             Action::Transmit(node, port) => self.transmit(node, port),
             Action::Deliver(node, port) => self.deliver(node, port, true),
-            Action::Double(node, port) => self.deliver(node, port, false),
+            Action::Double(node, port) => {
+                self.setup.faults.doubles = self.setup.faults.doubles.saturating_sub(1);
+                if self.link(node, port).is_empty() {
+                    self.transmit(node, port);
+                }
+                self.deliver(node, port, false);
+            }
             Action::Hop(node, port) => {
                 self.transmit(node, port);
                 self.deliver(node, port, true);

@@ -1,7 +1,7 @@
 //! The state of a whole mesh, for its checker.
 
 use super::super::*;
-use super::mesh::World;
+use super::mesh::{Faults, World};
 use crate::network::{LANES, PacketHeader, Port};
 use crate::shade::Sum;
 use crate::tests::snapshot::Snapshot;
@@ -11,7 +11,8 @@ impl World<'_> {
     pub(super) fn snapshot(&mut self, s: &mut Snapshot) {
         self.rebase();
         let faults = &mut self.setup.faults;
-        for left in [&mut faults.losses, &mut faults.crashes, &mut faults.early] {
+        let Faults { losses, doubles, crashes, early } = faults;
+        for left in [losses, doubles, crashes, early] {
             s.pod(left);
         }
         for at in 0..self.nodes.len() {

@@ -28,8 +28,13 @@ pub(super) fn mesh(topology: (&str, u32), tiles: u32, splits: u32, schedule: Sch
     setup(topology, schedule, toy)
 }
 
-/// Searches in full, or as far as there is time, and finds no flaw.
+/// Searches in full, and finds no flaw.
 fn holds(setup: &Setup) {
+    assert!(holds_so_far(setup), "there are more states than are searched");
+}
+
+/// Searches in full, or as far as there is time, and finds no flaw: whether it was in full.
+fn holds_so_far(setup: &Setup) -> bool {
     let found = explore(setup, most());
     let Setup { topology, schedule, faults, .. } = setup;
     let Toy { tiles, splits, .. } = setup.toy;
@@ -41,23 +46,27 @@ fn holds(setup: &Setup) {
         if found.is_full { "" } else { ", not in full" },
     );
     assert!(found.flaw.is_none(), "{}", describe(setup, &found));
+    found.is_full
 }
 
-fn all_hold(topology: (&str, u32), tiles: u32, splits: u32, faults: Faults) {
-    for schedule in SCHEDULES {
+/// Of every schedule; whether all was searched in full.
+fn all_hold(topology: (&str, u32), tiles: u32, splits: u32, faults: Faults) -> bool {
+    let all = SCHEDULES.map(|schedule| {
         let replicas = 1 + u16::from(faults.crashes);
         let setup = mesh(topology, tiles, splits, schedule);
-        holds(&Setup { faults, replicas, ..setup });
-    }
+        holds_so_far(&Setup { faults, replicas, ..setup })
+    });
+    all.into_iter().all(|is_full| is_full)
 }
 
 #[test]
 fn every_run_ends_and_leaves_nothing() {
-    for (tiles, splits) in [(1, 0), (1, 1), (1, 2), (2, 0), (2, 1), (3, 0), (3, 1)] {
-        all_hold(("line", 2), tiles, splits, Faults::default());
+    for (tiles, splits) in [(1, 0), (1, 1), (1, 2), (2, 0), (2, 1), (3, 0)] {
+        assert!(all_hold(("line", 2), tiles, splits, Faults::default()));
     }
+    all_hold(("line", 2), 3, 1, Faults::default());
     for (tiles, splits) in [(1, 0), (1, 1)] {
-        all_hold(("ring", 3), tiles, splits, Faults::default());
+        assert!(all_hold(("ring", 3), tiles, splits, Faults::default()));
     }
     if most() > 20_000 {
         for (topology, tiles, splits) in
@@ -86,7 +95,12 @@ fn who_has_nothing_to_do_may_ask_the_lights_of_others() {
         {
             for faults in [none, Faults { losses: 1, ..none }, Faults { early: 1, ..none }] {
                 let more = More { rays: 1, shadows: 1, ..More::default() };
-                holds(&Setup { shadow, more, faults, ..mesh(("line", 2), 2, splits, schedule) });
+                holds_so_far(&Setup {
+                    shadow,
+                    more,
+                    faults,
+                    ..mesh(("line", 2), 2, splits, schedule)
+                });
             }
         }
     }
@@ -105,14 +119,14 @@ fn points_may_live_with_the_owners_of_their_blocks() {
             let points = PointHome::Owner;
             let replicas = 1 + u16::from(faults.crashes);
             let setup = mesh(("line", 2), 2, splits, schedule);
-            holds(&Setup { points, faults, replicas, ..setup });
+            holds_so_far(&Setup { points, faults, replicas, ..setup });
             if splits == 0 {
                 continue;
             }
             // A point that would only pass on an answer: it asks no light, and its children are one.
             let mut setup = mesh(("ring", 3), 1, 0, schedule);
             (setup.toy.shadows, setup.toy.tail) = (0, 2);
-            holds(&Setup { points, faults, replicas, ..setup });
+            holds_so_far(&Setup { points, faults, replicas, ..setup });
         }
     }
 }
@@ -120,24 +134,35 @@ fn points_may_live_with_the_owners_of_their_blocks() {
 /// A frame that others wait for comes free by a shadow ray's last look at its block: nothing else happens.
 #[test]
 fn who_waits_for_a_frame_goes_on_when_it_is_used() {
-    holds(&mesh(("ring", 3), 1, 2, Schedule::Demand));
+    holds_so_far(&mesh(("ring", 3), 1, 2, Schedule::Demand));
 }
 
 #[test]
-fn a_loss_a_crash_or_an_early_time_limit_costs_time_only() {
+fn a_loss_a_copy_a_crash_or_an_early_time_limit_costs_time_only() {
     let none = Faults::default();
-    for faults in [
+    let one = [
         Faults { losses: 1, ..none },
+        Faults { doubles: 1, ..none },
         Faults { crashes: 1, ..none },
         Faults { early: 1, ..none },
+    ];
+    let two = [
+        Faults { losses: 1, doubles: 1, ..none },
         Faults { losses: 1, early: 1, ..none },
+        Faults { doubles: 1, early: 1, ..none },
         Faults { losses: 1, crashes: 1, ..none },
         Faults { crashes: 1, early: 1, ..none },
-    ] {
-        for (tiles, splits) in [(1, 1), (2, 0)] {
+    ];
+    for (tiles, splits) in [(1, 1), (2, 0)] {
+        for faults in one {
+            assert!(all_hold(("line", 2), tiles, splits, faults));
+        }
+        for faults in two {
             all_hold(("line", 2), tiles, splits, faults);
         }
-        if most() > 20_000 {
+    }
+    if most() > 20_000 {
+        for faults in one.into_iter().chain(two) {
             for (topology, tiles, splits) in
                 [(("line", 2), 1, 2), (("line", 2), 2, 1), (("ring", 3), 1, 1)]
             {

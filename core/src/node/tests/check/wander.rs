@@ -51,7 +51,7 @@ pub(super) fn drawn(seed: u64) -> Setup {
         tiles: some(2),
     };
     let mut few = || random.u8(..4).saturating_sub(2);
-    let faults = Faults { losses: few(), crashes: few().min(1), early: few() };
+    let faults = Faults { losses: few(), doubles: few(), crashes: few().min(1), early: few() };
     let crash = topology.1 > 2 && faults.crashes > 0;
     Setup {
         more,
