@@ -45,11 +45,13 @@ struct Known {
     steps: u32,
 }
 
-/// Cuts the tree. `done` hears how many nodes have been seen.
-pub(crate) fn cut(source: Source<'_>, done: &mut dyn FnMut(u64)) -> Treelets {
+/// Cuts the tree. A root's area counts more by `waste` times the part of a block that treelets of its size leave empty. `done` hears how
+/// many nodes have been seen.
+pub(crate) fn cut(source: Source<'_>, waste: f32, done: &mut dyn FnMut(u64)) -> Treelets {
     let (mut known, vertices) = know(source);
     let mut grower = Grower {
         source,
+        waste,
         vertices: &vertices,
         seen: vec![0; source.surfaces.vertices.len()],
         generation: 0,
@@ -127,6 +129,7 @@ fn vertex_bytes(source: Source<'_>) -> usize {
 
 struct Grower<'a> {
     source: Source<'a>,
+    waste: f32,
     vertices: &'a [u32],
     /// The generation that last held each vertex.
     seen: Vec<u32>,
@@ -144,6 +147,12 @@ fn room(source: Source<'_>) -> i64 {
     (source.block_bytes - size_of::<BlockHeader>() - END_BYTES) as i64
 }
 
+/// The part of a block that is left when it has as many treelets of so many bytes as go in.
+fn wasted(bytes: i64, room: i64) -> f32 {
+    let bytes = bytes.max(1);
+    1.0 - (room / bytes * bytes) as f32 / room as f32
+}
+
 impl Grower<'_> {
     /// Grows a treelet by at most `steps_max` nodes; returns the least cost and after how many
     /// steps it was. `taken` and `cut` are the last ones.
@@ -153,7 +162,10 @@ impl Grower<'_> {
         self.taken.clear();
         self.left = room(self.source);
         let mut below = self.take(known, root, 0.0);
-        let mut best = (known[root as usize].area + below, 0);
+        let area = known[root as usize].area;
+        let (room, waste) = (room(self.source), self.waste);
+        let price = |left: i64| area * (1.0 + waste * wasted(room - left, room));
+        let mut best = (price(self.left) + below, 0);
         let mut steps = 0;
         while steps < steps_max {
             let Some(at) = self.choose(known) else { break };
@@ -161,7 +173,7 @@ impl Grower<'_> {
             below = self.take(known, next, below - known[next as usize].cost);
             self.left += size_of::<Ref>() as i64;
             steps += 1;
-            let cost = known[root as usize].area + below;
+            let cost = price(self.left) + below;
             if cost <= best.0 {
                 best = (cost, steps);
             }

@@ -14,7 +14,7 @@ use super::layout::Source;
 use super::lights::{split_materials, useful};
 use super::options::{CompileError, Options, Progress, Stage};
 use super::order::order;
-use super::pack::pack;
+use super::pack::{Blocks, pack};
 use super::stats::Stats;
 use super::surfaces::Surfaces;
 use super::tables::{Materials, check_lights, view};
@@ -61,8 +61,8 @@ pub fn compile(
     let source = Source { nodes: &nodes, surfaces: &surfaces, block_bytes: options.block_bytes };
     let parents = parents(&nodes);
     let total = nodes.len() as u64;
-    let treelets = cut(source, &mut |done| progress.report(Stage::Cut, done, total));
-    let blocks = order(pack(source, &parents, &treelets), &nodes, &parents);
+    let packed = fullest(source, &parents, &mut |done| progress.report(Stage::Cut, done, total));
+    let blocks = order(packed, &nodes, &parents);
     progress.report(Stage::Cut, total, total);
     clock.stage(2);
 
@@ -121,6 +121,28 @@ pub fn compile(
         position_error: header.frame.position_error,
     };
     Ok(Compiled { image, stats, summary })
+}
+
+/// What treelets that leave much of a block empty are charged for it, until blocks are full enough: where all are alike, as in a grid of like objects, nothing
+/// fits in beside them. In 4 KiB: colour-cube:36 .76, .89 and .91, conference:40 .84 and .91, a displaced sphere .945 at once; sinc:700, whose every node takes
+/// 700 bytes, stays at .84.
+const WASTE: [f32; 3] = [0.0, 2.0, 8.0];
+/// Full enough.
+const FILL: f64 = 0.9;
+
+/// The fullest blocks that are found.
+fn fullest(source: Source<'_>, parents: &[u32], done: &mut dyn FnMut(u64)) -> Blocks {
+    let mut best = Blocks::default();
+    for waste in WASTE {
+        let blocks = pack(source, parents, &cut(source, waste, done));
+        if best.nodes.is_empty() || blocks.nodes.len() < best.nodes.len() {
+            best = blocks;
+        }
+        if best.fill(source.block_bytes) >= FILL {
+            break;
+        }
+    }
+    best
 }
 
 /// How many of the model's materials are not in the table.

@@ -61,3 +61,12 @@ fn a_sphere_whose_centre_reads_like_its_radius_survives() {
 fn a_height_field_survives() {
     check_all(&shapes::field(60));
 }
+
+#[test]
+fn blocks_of_like_objects_are_as_full_as_any() {
+    for (scene, kib) in [("colour-cube:36", 4), ("colour-cube:36", 16), ("conference:20", 4)] {
+        let model = crate::builtin::build(scene).unwrap();
+        let stats = compile(&model, &Options::blocks_of(kib << 10), &mut ()).unwrap().stats;
+        assert!(stats.fill() >= 0.9, "{scene}, {kib} KiB: {}", stats.fill());
+    }
+}
