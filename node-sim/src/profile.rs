@@ -38,10 +38,14 @@ pub struct Profile {
     pub bundle_ray: f64,
     /// A tree node for a bundle.
     pub bundle_node: f64,
-    /// A ray of a bundle against eight boxes, or eight rays against a box.
+    /// Eight rays of a bundle against a box.
     pub bundle_box: f64,
-    /// A ray of a bundle against the triangles of a record, or eight rays against a triangle.
+    /// A ray of a bundle against eight boxes.
+    pub bundle_ray_box: f64,
+    /// Eight rays of a bundle against a triangle.
     pub bundle_triangle: f64,
+    /// A ray of a bundle against the triangles of a record.
+    pub bundle_ray_triangle: f64,
     /// Shading a hit.
     pub shading: f64,
     /// Estimating what a light brings to a hit: all lights are looked at.
@@ -75,7 +79,9 @@ impl Profile {
         bundle_ray: 17.5,
         bundle_node: 18.8,
         bundle_box: 19.8,
+        bundle_ray_box: 19.8,
         bundle_triangle: 24.4,
+        bundle_ray_triangle: 24.4,
         shading: 255.6,
         light: 46.3,
         light_sample: 81.7,
@@ -108,7 +114,7 @@ impl Profile {
 
     /// Each operation in words, and its time \[ns\].
     #[must_use]
-    pub fn operations(&self) -> [(&'static str, f64); 16] {
+    pub fn operations(&self) -> [(&'static str, f64); 18] {
         [
             ("a node of the tree: eight boxes", self.node),
             ("a record of a leaf: up to four triangles", self.leaf),
@@ -117,8 +123,10 @@ impl Profile {
             ("a shadow ray, begun or gone on with", self.shadow_ray),
             ("beginning a ray among others", self.bundle_ray),
             ("a node of the tree, for rays together", self.bundle_node),
-            ("boxes, for rays together", self.bundle_box),
-            ("triangles, for rays together", self.bundle_triangle),
+            ("eight rays together against a box", self.bundle_box),
+            ("a ray among others against eight boxes", self.bundle_ray_box),
+            ("eight rays together against a triangle", self.bundle_triangle),
+            ("a ray among others against a record", self.bundle_ray_triangle),
             ("shading a hit", self.shading),
             ("estimating a light", self.light),
             ("making a shadow ray", self.light_sample),
@@ -150,7 +158,9 @@ impl Profile {
                 (work.bundle_rays, self.bundle_ray),
                 (work.bundle_nodes, self.bundle_node),
                 (work.bundle_boxes, self.bundle_box),
+                (work.bundle_ray_boxes, self.bundle_ray_box),
                 (work.bundle_triangles, self.bundle_triangle),
+                (work.bundle_ray_triangles, self.bundle_ray_triangle),
             ]),
             shade: ns(&[(work.shadings, self.shading), (work.light_samples, self.light_sample)]),
             clip: ns(&[(work.clips, self.clip)]),
@@ -189,7 +199,9 @@ const fn cortex_m(name: &'static str, ns: f64) -> Profile {
         bundle_ray: 0.0,
         bundle_node: 0.0,
         bundle_box: 0.0,
+        bundle_ray_box: 0.0,
         bundle_triangle: 0.0,
+        bundle_ray_triangle: 0.0,
         shading: 5621.0 * ns,
         light: 589.0 * ns,
         light_sample: 1355.0 * ns,
@@ -232,7 +244,9 @@ impl Machine {
             bundle_ray: 0.0,
             bundle_node: 0.0,
             bundle_box: 0.0,
+            bundle_ray_box: 0.0,
             bundle_triangle: 0.0,
+            bundle_ray_triangle: 0.0,
             // The point with the bounds of its error, the material, the specular rays.
             shading: 350.0 * float + 500.0 * other,
             // Scrambled numbers, a place on the light, the material's answer, the start beside the surface.

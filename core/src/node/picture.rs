@@ -72,7 +72,9 @@ impl<T: Tracer, C: Scratch> Picture<'_, T, C> {
         work.bundle_rays = work.bundle_rays.saturating_add(count as u64);
         work.bundle_nodes = work.bundle_nodes.saturating_add(visited.nodes);
         work.bundle_boxes = work.bundle_boxes.saturating_add(visited.boxes);
+        work.bundle_ray_boxes = work.bundle_ray_boxes.saturating_add(visited.ray_boxes);
         work.bundle_triangles = work.bundle_triangles.saturating_add(visited.triangles);
+        work.bundle_ray_triangles = work.bundle_ray_triangles.saturating_add(visited.ray_triangles);
         work.nodes = work.nodes.saturating_add(visited.single.nodes);
         work.leaves = work.leaves.saturating_add(visited.single.leaves);
         work.blocks = work.blocks.saturating_add(visited.single.blocks);

@@ -65,10 +65,14 @@ pub struct Work {
     pub bundle_rays: u64,
     /// Tree nodes visited by rays together, each once for all of them.
     pub bundle_nodes: u64,
-    /// Tests of a ray against eight boxes, or of eight rays against a box.
+    /// Tests of eight rays against a box.
     pub bundle_boxes: u64,
-    /// Tests of a ray against the triangles of a record, or of eight rays against a triangle.
+    /// Tests of a ray among others against eight boxes.
+    pub bundle_ray_boxes: u64,
+    /// Tests of eight rays against a triangle.
     pub bundle_triangles: u64,
+    /// Tests of a ray among others against the triangles of a record.
+    pub bundle_ray_triangles: u64,
     /// Hits shaded: their material, children and choice of lights.
     pub shadings: u64,
     /// Shadow rays made: places on lights and their weights.
@@ -93,7 +97,10 @@ impl AddAssign for Work {
         self.bundle_rays = self.bundle_rays.saturating_add(other.bundle_rays);
         self.bundle_nodes = self.bundle_nodes.saturating_add(other.bundle_nodes);
         self.bundle_boxes = self.bundle_boxes.saturating_add(other.bundle_boxes);
+        self.bundle_ray_boxes = self.bundle_ray_boxes.saturating_add(other.bundle_ray_boxes);
         self.bundle_triangles = self.bundle_triangles.saturating_add(other.bundle_triangles);
+        self.bundle_ray_triangles =
+            self.bundle_ray_triangles.saturating_add(other.bundle_ray_triangles);
         self.shadings = self.shadings.saturating_add(other.shadings);
         self.light_samples = self.light_samples.saturating_add(other.light_samples);
         self.clips = self.clips.saturating_add(other.clips);

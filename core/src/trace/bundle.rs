@@ -27,10 +27,14 @@ pub struct Bundle {
 pub struct BundleVisited {
     /// Nodes, each for all rays that come to it.
     pub nodes: u64,
-    /// Tests of a ray against eight boxes, or of eight rays against a box.
+    /// Tests of eight rays against a box.
     pub boxes: u64,
-    /// Tests of a ray against the four triangles of a record, or of eight rays against a triangle.
+    /// Tests of a ray against eight boxes.
+    pub ray_boxes: u64,
+    /// Tests of eight rays against a triangle.
     pub triangles: u64,
+    /// Tests of a ray against the four triangles of a record.
+    pub ray_triangles: u64,
     /// Blocks entered.
     pub blocks: u64,
     /// What was tested for single rays on the way, and all that was visited by rays that were alone.
@@ -104,7 +108,9 @@ impl BundleVisited {
     pub(super) const NONE: Self = Self {
         nodes: 0,
         boxes: 0,
+        ray_boxes: 0,
         triangles: 0,
+        ray_triangles: 0,
         blocks: 0,
         single: Visited { nodes: 0, leaves: 0, blocks: 0 },
     };

@@ -197,7 +197,7 @@ impl<
                     flow.lanes.beam(&beam, planes, &mut level.enter)
                 } else {
                     let (list, met) = (&level.list, &mut level.met);
-                    visited.boxes = visited.boxes.wrapping_add(level.count as u64);
+                    visited.ray_boxes = visited.ray_boxes.wrapping_add(level.count as u64);
                     flow.lanes.boxes(&rays.groups, list, level.count, planes, met)
                 };
                 level.pending = flow.lanes.by_place(turn, level.order, slots);
@@ -448,7 +448,7 @@ impl<L: Lanes, Q: Query, const GROUPS: usize> Leaf<'_, '_, L, Q, GROUPS> {
             else {
                 continue;
             };
-            self.visited.triangles = self.visited.triangles.wrapping_add(1);
+            self.visited.ray_triangles = self.visited.ray_triangles.wrapping_add(1);
             let Verdict { mut accepted, doubtful } =
                 lanes.quad_of(quad, group, lane, kind, self.crossings);
             changed |= accepted | doubtful != 0;

@@ -2,7 +2,7 @@ use kiloray_core::node::Work;
 use kiloray_sim::Profile;
 
 /// Operations that are fitted.
-const TERMS: usize = 13;
+const TERMS: usize = 15;
 /// How much the shape of `pc` counts against one picture: where pictures do not tell operations apart, it does.
 const HOLD: f64 = 0.01;
 /// Rounds of the descent: far more than it needs.
@@ -28,7 +28,9 @@ impl Row {
             work.bundle_rays,
             work.bundle_nodes,
             work.bundle_boxes,
+            work.bundle_ray_boxes,
             work.bundle_triangles,
+            work.bundle_ray_triangles,
             work.shadings,
             work.shadings * lights as u64,
             work.light_samples,
@@ -63,7 +65,9 @@ fn figures(profile: &mut Profile) -> [&mut f64; TERMS] {
         &mut profile.bundle_ray,
         &mut profile.bundle_node,
         &mut profile.bundle_box,
+        &mut profile.bundle_ray_box,
         &mut profile.bundle_triangle,
+        &mut profile.bundle_ray_triangle,
         &mut profile.shading,
         &mut profile.light,
         &mut profile.light_sample,

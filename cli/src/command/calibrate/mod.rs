@@ -23,24 +23,36 @@ use crate::{
 };
 
 /// What the fit sees: each operation is much of some picture, and little of another.
-const SEEN: [Picture; 14] = [
+const SEEN: [Picture; 21] = [
     Picture { scene: "cornell", side: 128, zoom: 1.0, samples: 4 },
+    Picture { scene: "cornell", side: 192, zoom: 1.0, samples: 1 },
     Picture { scene: "cornell", side: 64, zoom: 6.0, samples: 16 },
+    Picture { scene: "colour-cube:3", side: 96, zoom: 1.0, samples: 2 },
     Picture { scene: "colour-cube:6", side: 64, zoom: 4.0, samples: 2 },
     Picture { scene: "colour-cube:20", side: 64, zoom: 1.0, samples: 2 },
+    Picture { scene: "sphereflake:2", side: 96, zoom: 1.0, samples: 2 },
     Picture { scene: "sphereflake", side: 48, zoom: 1.0, samples: 2 },
     Picture { scene: "sphereflake", side: 48, zoom: 6.0, samples: 2 },
     Picture { scene: "glass", side: 64, zoom: 1.0, samples: 2 },
     Picture { scene: "glass", side: 64, zoom: 6.0, samples: 4 },
     Picture { scene: "sinc", side: 64, zoom: 1.0, samples: 4 },
     Picture { scene: "sinc:40", side: 48, zoom: 3.0, samples: 4 },
+    Picture { scene: "sinc:100", side: 128, zoom: 1.0, samples: 2 },
     Picture { scene: "conference", side: 64, zoom: 1.0, samples: 2 },
+    Picture { scene: "conference", side: 128, zoom: 1.0, samples: 2 },
     Picture { scene: "conference", side: 64, zoom: 6.0, samples: 2 },
     Picture { scene: "studio", side: 64, zoom: 1.0, samples: 2 },
+    Picture { scene: "studio", side: 128, zoom: 1.0, samples: 2 },
     Picture { scene: "studio", side: 64, zoom: 6.0, samples: 4 },
+    Picture { scene: "furnace", side: 64, zoom: 1.0, samples: 4 },
 ];
-/// What it does not see: how well it predicts them says how good it is.
-const UNSEEN: [Picture; 4] = [
+/// What it does not see: how well it predicts them says how good it is. The greater are such as people render.
+const UNSEEN: [Picture; 9] = [
+    Picture { scene: "cornell", side: 256, zoom: 1.0, samples: 4 },
+    Picture { scene: "glass", side: 256, zoom: 1.0, samples: 2 },
+    Picture { scene: "sphereflake:4", side: 256, zoom: 1.0, samples: 1 },
+    Picture { scene: "conference", side: 256, zoom: 1.0, samples: 2 },
+    Picture { scene: "colour-cube:20", side: 256, zoom: 1.0, samples: 2 },
     Picture { scene: "cornell", side: 96, zoom: 3.0, samples: 8 },
     Picture { scene: "glass", side: 64, zoom: 3.0, samples: 4 },
     Picture { scene: "sphereflake", side: 64, zoom: 3.0, samples: 4 },
