@@ -32,7 +32,7 @@ pub(crate) fn is_clear<'a, S: BlockSource>(
         return false;
     }
     let from = rays.clone().fold(Aabb::EMPTY, |from, ray| from.with(ray.ray().origin));
-    let is_behind = |primitive: &Primitive| is_left_behind(rays.clone(), primitive);
+    let is_behind = |primitive: &Primitive| is_left_behind(rays.clone(), &from, primitive);
     holds_only(Pyramid::to_light(&from, light), source, is_behind)
 }
 
@@ -155,14 +155,21 @@ impl<F: FnMut(&Primitive) -> bool> Search<F> {
     }
 }
 
-/// Whether every ray begins off a triangle's plane and goes away from it.
-fn is_left_behind<'a>(mut rays: impl Iterator<Item = &'a Shadow>, primitive: &Primitive) -> bool {
+/// Whether every ray, all from within a box, begins off a triangle's plane and goes away from it.
+fn is_left_behind<'a>(
+    mut rays: impl Iterator<Item = &'a Shadow>,
+    from: &Aabb,
+    primitive: &Primitive,
+) -> bool {
     let Some(plane) = FacePlane::new(primitive) else { return false };
+    let least = plane.least(from);
     rays.all(|shadow| {
         let ray = shadow.ray();
-        let plane = plane.facing(ray.origin);
-        // No NaN.
-        plane.is_some_and(|plane| plane.normal.dot(ray.direction.as_dvec3()) > 0.0)
+        let height = plane.height(ray.origin.as_dvec3());
+        let away = plane.normal.dot(ray.direction.as_dvec3());
+        let is_off = |least: f64| height * height > least;
+        // No NaN. What the box is too wide for, the ray's own origin may not be.
+        height * away > 0.0 && (is_off(least) || is_off(plane.least_of(ray.origin)))
     })
 }
 
@@ -225,12 +232,25 @@ impl FacePlane {
         same
     }
 
+    /// What the square of the [height](Self::height) of a point of a box must exceed, for the point to lie farther off than the triangles' tests
+    /// can err.
+    fn least(&self, from: &Aabb) -> f64 {
+        const ERROR: f64 = PreparedRay::TRIANGLE_ERROR as f64 * 1.01;
+        let below = from.max.as_dvec3() - self.bounds.min.as_dvec3();
+        let above = self.bounds.max.as_dvec3() - from.min.as_dvec3();
+        // Not less than zero: one of them is not, in each axis.
+        let far = ERROR * below.max(above).max_element();
+        far * far * self.normal.length_squared()
+    }
+
+    /// .. of a point.
+    fn least_of(&self, point: Vec3) -> f64 {
+        self.least(&Aabb { min: point, max: point })
+    }
+
     /// Whether a point lies in front of it, farther off than the triangles' tests can err.
     pub(super) fn is_before(&self, point: Vec3) -> bool {
-        const ERROR: f64 = PreparedRay::TRIANGLE_ERROR as f64 * 1.01;
-        let p = point.as_dvec3();
-        let (low, high) = (self.bounds.min.as_dvec3() - p, self.bounds.max.as_dvec3() - p);
-        let far = low.abs().max(high.abs()).max_element();
-        self.is_below(p, ERROR * far)
+        let height = self.height(point.as_dvec3());
+        height > 0.0 && height * height > self.least_of(point)
     }
 }

@@ -24,7 +24,7 @@ use core::ops::Range;
 /// Rays that are sorted at a time, for each group of a stream.
 const SORTED: usize = 32;
 /// Where blocks are fetched, fewer rays of the same signs than this go one by one: they soon part there.
-const SHORTEST: usize = 8;
+const SHORTEST: usize = 4;
 /// Fewer rays of a kind than this are not coherent.
 const FEWEST: usize = 4;
 /// If the slopes of rays of a kind along their greatest axis differ by more than this, they are not coherent.
