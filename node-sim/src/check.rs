@@ -30,6 +30,11 @@ pub(crate) fn check(options: &Options) -> Result<(), Error> {
             return Err(Error::Factor { node: slow.node.0, factor: slow.factor });
         }
     }
+    let mut named: Vec<u16> = slow.iter().map(|slow| slow.node.0).collect();
+    named.sort_unstable();
+    if let Some(twice) = named.windows(2).find_map(|two| (two[0] == two[1]).then_some(two[0])) {
+        return Err(Error::SlowTwice { node: twice });
+    }
     let mut dying: Vec<u16> = crashes.iter().map(|crash| crash.node.0).collect();
     dying.sort_unstable();
     dying.dedup();

@@ -69,6 +69,12 @@ pub enum Error {
         /// The factor.
         factor: f64,
     },
+    /// A node that has two factors.
+    #[error("node {node} is slow by two factors: give one")]
+    SlowTwice {
+        /// The node.
+        node: u16,
+    },
     /// A machine that cannot be.
     #[error(
         "profile {name}: {operation} cannot take {ns} ns: from 0 to a second, and a ray takes some time"

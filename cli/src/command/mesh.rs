@@ -1,7 +1,7 @@
 //! What is told of a run on a mesh, whatever its nodes are: simulated ones, or processes.
 
 use kiloray_core::node::Counts;
-use kiloray_render::ThreadScratch;
+use kiloray_render::{Picture, ThreadScratch};
 use kiloray_sim::{MessageReport, TASK_BYTES, TileReport};
 use serde::Serialize;
 use serde_json::{Value, json};
@@ -189,6 +189,15 @@ fn words(kind: &str) -> &str {
         "refusal" => "refusals",
         other => other,
     }
+}
+
+/// What the summary says of a picture that is not complete; nothing of one that is.
+pub(super) fn so_far(picture: &Picture, complete: bool, tiles: &TileReport) -> String {
+    if complete {
+        return String::new();
+    }
+    let all = u64::from(picture.width) * u64::from(picture.height);
+    format!("; INCOMPLETE: {} of {all} pixels", tiles.pixels)
 }
 
 /// What was refused, or done again; `more` is what only one kind of mesh knows.

@@ -55,6 +55,7 @@ fn the_json_has_what_scripts_rely_on() {
     assert_eq!((&run["nodes"], &run["memory"]["limit"]), (&6.into(), &65_536.into()));
     // A tile may be given out twice: then there are more rays, and the same picture.
     assert!(run["rays"]["primary"].as_u64().unwrap() >= 24 * 24);
+    assert_eq!(run["tiles"]["pixels"], 24 * 24);
     let efficiency = run["efficiency"].as_f64().unwrap();
     let lost: f64 = run["lost"].as_object().unwrap().values().map(|x| x.as_f64().unwrap()).sum();
     assert!(efficiency > 0.0 && efficiency < 1.2, "{efficiency}");
@@ -106,6 +107,7 @@ fn a_block_that_is_lost_ends_the_run_and_leaves_what_there_is() {
     let run = json(&folder.path().join("run.json"));
     assert_eq!((&run["complete"], &run["efficiency"]), (&false.into(), &Value::Null));
     assert!(run["lost_block"].is_u64());
+    assert!(run["tiles"]["pixels"].as_u64().unwrap() < 48 * 48);
     assert_eq!(folder.names(), ["run.json", "sinc-60.incomplete.png"]);
 }
 
@@ -156,6 +158,7 @@ fn senseless_meshes_are_refused_in_one_line() {
         ("--crash 99@1ms --nodes 4", "0 to 3"),
         ("--crash 0@1us --crash 1@1us --nodes 2", "nobody is left"),
         ("--slow 1:0", "5:10"),
+        ("--slow 1:2,1:3 --nodes 2", "two factors"),
         ("--block-replicas 9 --nodes 4", "at most 4"),
         ("--packet 10", "128B"),
         ("--link-bandwidth fast", "1GB/s"),

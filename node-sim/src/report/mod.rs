@@ -84,6 +84,8 @@ impl MessageReport {
 /// The host's ledger of tiles.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
 pub struct TileReport {
+    /// Pixels that are there: all, where the picture is complete.
+    pub pixels: u64,
     /// Tiles given for the first time: those of the picture, where it is complete.
     pub given: u64,
     /// Tiles that were out for long, and were given to another node as well.
@@ -103,6 +105,7 @@ pub struct TileReport {
 impl From<LedgerCounts> for TileReport {
     fn from(counts: LedgerCounts) -> Self {
         Self {
+            pixels: counts.pixels,
             given: counts.given,
             given_again: counts.given_again,
             asked_again: counts.repeated,

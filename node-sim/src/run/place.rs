@@ -73,7 +73,7 @@ impl<'m, A: Actor<'m>> Place<'m, A> {
             faults: FaultReport::default(),
             hash: 0,
             here,
-            slow: faults.slow.iter().rfind(|s| s.node == here).map_or(1.0, |s| s.factor),
+            slow: faults.slow.iter().find(|s| s.node == here).map_or(1.0, |s| s.factor),
             queue,
             packets: Packets::new(settings.packet),
             settings: Arc::clone(settings),

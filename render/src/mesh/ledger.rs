@@ -35,6 +35,8 @@ pub struct Ledger {
 /// What a ledger heard and did.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct LedgerCounts {
+    /// Pixels that are there.
+    pub pixels: u64,
     /// Messages that were answered or entered.
     pub messages: u64,
     /// Tiles given for the first time.
@@ -210,6 +212,7 @@ impl Ledger {
     pub const fn counts(&self) -> LedgerCounts {
         let leases = self.leases.counts;
         LedgerCounts {
+            pixels: self.done,
             given: leases.given,
             given_again: leases.given_again,
             repeated: leases.repeated,

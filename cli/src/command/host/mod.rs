@@ -170,7 +170,7 @@ impl Run<'_> {
             options.width,
             options.height,
             options.settings.samples,
-            if outcome.complete { "" } else { "; INCOMPLETE" },
+            mesh::so_far(&outcome.picture, outcome.complete, &outcome.ledger.into()),
         ))?;
         line(format_args!("mesh       {}", self.mesh()))?;
         line(format_args!(

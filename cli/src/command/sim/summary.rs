@@ -2,7 +2,7 @@ use std::path::Path;
 
 use super::{Run, cut::link_name, lost::lost};
 use crate::{
-    command::mesh::again,
+    command::mesh::{again, so_far},
     console::{bytes, count, duration, line, percent},
     failure::Outcome,
 };
@@ -21,7 +21,7 @@ pub(super) fn print(run: &Run<'_>, path: &Path) -> Outcome {
         outcome.picture.width,
         outcome.picture.height,
         run.options.mesh.settings.samples,
-        if outcome.is_complete() { "" } else { "; INCOMPLETE" },
+        so_far(&outcome.picture, outcome.is_complete(), &report.tiles),
     ))?;
     line(format_args!("mesh       {}", mesh(run)))?;
     line(format_args!("time       {}", time(run)))?;
