@@ -1,7 +1,8 @@
 //! The picture of a mesh is that of one machine, to the bit; what cannot be is refused by cause.
 
 use crate::{
-    Control, Crash, Error, Link, MeshOptions, Options, Outcome, Rate, Slow, Status, simulate,
+    Control, Crash, Error, Link, MeshOptions, Options, Outcome, Profile, Rate, Slow, Status,
+    simulate,
 };
 use kiloray_core::network::{NodeId, Topology};
 use kiloray_core::node::{Dealing, PointHome, Schedule, ShadowPolicy, TaskOrder};
@@ -417,7 +418,7 @@ fn a_cancelled_run_gives_what_is_rendered() {
     assert!(pixels.filter(|(a, _)| **a != [0.0; 3]).count() > 100);
 }
 
-/// A picture with a tile for each node. Where a second answer is dropped, 489 tiles are with nobody until the host finds them overdue.
+/// A picture with a tile for each node. Where a second answer is dropped, nine tiles are with nobody until the host finds them overdue (118 by `pc`).
 #[test]
 fn groups_lose_no_tile() {
     let file = scene("cornell", 4096);
@@ -426,10 +427,11 @@ fn groups_lose_no_tile() {
     options.mesh.settings.shadow_samples = 0;
     (options.mesh.width, options.mesh.height) = (256, 256);
     (options.mesh.tile, options.mesh.group) = (Some(4), 64);
+    // Not `pc`, which is fitted anew now and then: a tile that waits long with its sub-master may count as overdue.
+    options.profile = Profile::STM32F4;
     let outcome = run(&file, &options).expect("it runs");
     let sent: u64 = outcome.report.nodes.iter().map(|node| node.counts.sent.tile.count).sum();
     assert!(outcome.is_complete());
-    // One or another takes so long that it counts as overdue.
-    assert!(outcome.report.tiles.given_again < 10);
+    assert_eq!(outcome.report.tiles.given_again, 0);
     assert!(sent < 12 * 4096, "{sent} messages about tiles");
 }
