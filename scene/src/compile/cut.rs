@@ -45,48 +45,6 @@ struct Known {
     steps: u32,
 }
 
-/// Cuts the tree. A root's area counts more by `waste` times the part of a block that treelets of its size leave empty. `done` hears how
-/// many nodes have been seen.
-pub(crate) fn cut(source: Source<'_>, waste: f32, done: &mut dyn FnMut(u64)) -> Treelets {
-    let (mut known, vertices) = know(source);
-    let mut grower = Grower {
-        source,
-        waste,
-        vertices: &vertices,
-        seen: vec![0; source.surfaces.vertices.len()],
-        generation: 0,
-        cut: Vec::new(),
-        taken: Vec::new(),
-        left: 0,
-    };
-    for index in (0..known.len()).rev() {
-        let (cost, steps) = grower.grow(&known, index as u32, u32::MAX);
-        known[index].cost = cost;
-        known[index].steps = steps;
-        if index % (1 << 12) == 0 {
-            done((known.len() - index) as u64);
-        }
-    }
-    let mut treelets = Treelets { all: Vec::new(), nodes: Vec::new() };
-    let mut is_root = vec![false; known.len()];
-    if let Some(root) = is_root.first_mut() {
-        *root = true;
-    }
-    for index in 0..known.len() {
-        if is_root[index] {
-            grower.grow(&known, index as u32, known[index].steps);
-            grower.taken.sort_unstable();
-            treelets.nodes.extend_from_slice(&grower.taken);
-            let bytes = (room(source) - grower.left) as u32;
-            treelets.all.push(Treelet { end: treelets.nodes.len() as u32, bytes });
-            for below in &grower.cut {
-                is_root[*below as usize] = true;
-            }
-        }
-    }
-    treelets
-}
-
 /// Sizes of all nodes, and the vertices of each without repetition.
 fn know(source: Source<'_>) -> (Vec<Known>, Vec<u32>) {
     let mut known = vec![Known::default(); source.nodes.len()];
@@ -127,10 +85,13 @@ fn vertex_bytes(source: Source<'_>) -> usize {
     if source.surfaces.normals { 16 } else { 12 }
 }
 
-struct Grower<'a> {
+/// What cuts a tree, as often as it is asked to.
+pub(crate) struct Cutter<'a> {
     source: Source<'a>,
+    known: Vec<Known>,
+    /// Of each node without repetition, node after node.
+    vertices: Vec<u32>,
     waste: f32,
-    vertices: &'a [u32],
     /// The generation that last held each vertex.
     seen: Vec<u32>,
     generation: u32,
@@ -153,24 +114,73 @@ fn wasted(bytes: i64, room: i64) -> f32 {
     1.0 - (room / bytes * bytes) as f32 / room as f32
 }
 
-impl Grower<'_> {
+impl<'a> Cutter<'a> {
+    /// Looks at all nodes.
+    pub(crate) fn new(source: Source<'a>) -> Self {
+        let (known, vertices) = know(source);
+        Self {
+            source,
+            known,
+            vertices,
+            waste: 0.0,
+            seen: vec![0; source.surfaces.vertices.len()],
+            generation: 0,
+            cut: Vec::new(),
+            taken: Vec::new(),
+            left: 0,
+        }
+    }
+
+    /// Cuts the tree. A root's area counts more by `waste` times the part of a block that treelets of its size leave empty. `done` hears how
+    /// many nodes have been seen.
+    pub(crate) fn cut(&mut self, waste: f32, done: &mut dyn FnMut(u64)) -> Treelets {
+        self.waste = waste;
+        let count = self.known.len();
+        for index in (0..count).rev() {
+            let (cost, steps) = self.grow(index as u32, u32::MAX);
+            let known = &mut self.known[index];
+            (known.cost, known.steps) = (cost, steps);
+            if index % (1 << 12) == 0 {
+                done((count - index) as u64);
+            }
+        }
+        let mut treelets = Treelets { all: Vec::new(), nodes: Vec::new() };
+        let mut is_root = vec![false; count];
+        if let Some(root) = is_root.first_mut() {
+            *root = true;
+        }
+        for index in 0..count {
+            if is_root[index] {
+                self.grow(index as u32, self.known[index].steps);
+                self.taken.sort_unstable();
+                treelets.nodes.extend_from_slice(&self.taken);
+                let bytes = (room(self.source) - self.left) as u32;
+                treelets.all.push(Treelet { end: treelets.nodes.len() as u32, bytes });
+                for below in &self.cut {
+                    is_root[*below as usize] = true;
+                }
+            }
+        }
+        treelets
+    }
+
     /// Grows a treelet by at most `steps_max` nodes; returns the least cost and after how many
     /// steps it was. `taken` and `cut` are the last ones.
-    fn grow(&mut self, known: &[Known], root: u32, steps_max: u32) -> (f32, u32) {
+    fn grow(&mut self, root: u32, steps_max: u32) -> (f32, u32) {
         self.generation += 1;
         self.cut.clear();
         self.taken.clear();
         self.left = room(self.source);
-        let mut below = self.take(known, root, 0.0);
-        let area = known[root as usize].area;
+        let mut below = self.take(root, 0.0);
+        let area = self.known[root as usize].area;
         let (room, waste) = (room(self.source), self.waste);
         let price = |left: i64| area * (1.0 + waste * wasted(room - left, room));
         let mut best = (price(self.left) + below, 0);
         let mut steps = 0;
         while steps < steps_max {
-            let Some(at) = self.choose(known) else { break };
+            let Some(at) = self.choose() else { break };
             let next = self.cut.swap_remove(at);
-            below = self.take(known, next, below - known[next as usize].cost);
+            below = self.take(next, below - self.known[next as usize].cost);
             self.left += size_of::<Ref>() as i64;
             steps += 1;
             let cost = price(self.left) + below;
@@ -182,17 +192,17 @@ impl Grower<'_> {
     }
 
     /// The member of the cut with the most area per byte, of those that fit.
-    fn choose(&self, known: &[Known]) -> Option<usize> {
+    fn choose(&self) -> Option<usize> {
         let left = self.left;
         let mut best = None;
         for (at, &node) in self.cut.iter().enumerate() {
-            let of = &known[node as usize];
+            let of = &self.known[node as usize];
             if i64::from(of.bytes) > left {
                 continue;
             }
             let price = (of.subtree_bytes as i64).min(left).max(1) as f32;
             let score = of.area / price;
-            if best.is_none_or(|(least, _)| score > least) && self.bytes(known, node) <= left {
+            if best.is_none_or(|(least, _)| score > least) && self.bytes(node) <= left {
                 best = Some((score, at));
             }
         }
@@ -200,42 +210,42 @@ impl Grower<'_> {
     }
 
     /// Bytes that a node would add; the reference to it is saved.
-    fn bytes(&self, known: &[Known], node: u32) -> i64 {
-        let fresh = self.vertices_of(known, node);
+    fn bytes(&self, node: u32) -> i64 {
+        let fresh = self.vertices_of(node);
         let fresh = fresh.iter().filter(|&&v| self.seen[v as usize] != self.generation).count();
         let below = self.source.nodes[node as usize].nodes().count();
-        let bytes = i64::from(known[node as usize].bytes)
+        let bytes = i64::from(self.known[node as usize].bytes)
             + (fresh * vertex_bytes(self.source)) as i64
             + (below * size_of::<Ref>()) as i64;
         bytes - if self.taken.is_empty() { 0 } else { size_of::<Ref>() as i64 }
     }
 
     /// Moves a node into the treelet; returns the cost of the cut, from what it was without it.
-    fn take(&mut self, known: &[Known], node: u32, mut below: f32) -> f32 {
-        for i in self.range(known, node) {
+    fn take(&mut self, node: u32, mut below: f32) -> f32 {
+        for i in self.range(node) {
             let seen = &mut self.seen[self.vertices[i] as usize];
             if *seen != self.generation {
                 *seen = self.generation;
                 self.left -= vertex_bytes(self.source) as i64;
             }
         }
-        self.left -= i64::from(known[node as usize].bytes);
+        self.left -= i64::from(self.known[node as usize].bytes);
         for (_, kid) in self.source.nodes[node as usize].nodes() {
             self.left -= size_of::<Ref>() as i64;
             self.cut.push(kid);
-            below += known[kid as usize].cost;
+            below += self.known[kid as usize].cost;
         }
         self.taken.push(node);
         below
     }
 
-    fn range(&self, known: &[Known], node: u32) -> std::ops::Range<usize> {
+    fn range(&self, node: u32) -> std::ops::Range<usize> {
         let node = node as usize;
-        let begin = if node == 0 { 0 } else { known[node - 1].vertices_end as usize };
-        begin..known[node].vertices_end as usize
+        let begin = if node == 0 { 0 } else { self.known[node - 1].vertices_end as usize };
+        begin..self.known[node].vertices_end as usize
     }
 
-    fn vertices_of(&self, known: &[Known], node: u32) -> &[u32] {
-        &self.vertices[self.range(known, node)]
+    fn vertices_of(&self, node: u32) -> &[u32] {
+        &self.vertices[self.range(node)]
     }
 }

@@ -25,13 +25,6 @@ pub(crate) struct Blocks {
     pub(crate) used: u64,
 }
 
-impl Blocks {
-    /// The part of blocks of so many bytes that is in use.
-    pub(crate) fn fill(&self, block_bytes: usize) -> f64 {
-        self.used as f64 / (self.nodes.len() * block_bytes).max(1) as f64
-    }
-}
-
 struct Open {
     number: u32,
     layout: Layout,

@@ -6,7 +6,7 @@ use kiloray_core::block::format::{MAGIC, VERSION};
 use super::bounds::Bounds;
 use super::build::build;
 use super::compiled::Compiled;
-use super::cut::cut;
+use super::cut::Cutter;
 use super::emit::emit;
 use super::fit::{fit, leaf_max};
 use super::frame::Placement;
@@ -15,7 +15,7 @@ use super::lights::{split_materials, useful};
 use super::options::{CompileError, Options, Progress, Stage};
 use super::order::order;
 use super::pack::{Blocks, pack};
-use super::stats::Stats;
+use super::stats::{Stats, fill};
 use super::surfaces::Surfaces;
 use super::tables::{Materials, check_lights, view};
 use super::tree::Node;
@@ -132,13 +132,14 @@ const FILL: f64 = 0.9;
 
 /// The fullest blocks that are found.
 fn fullest(source: Source<'_>, parents: &[u32], done: &mut dyn FnMut(u64)) -> Blocks {
+    let mut cutter = Cutter::new(source);
     let mut best = Blocks::default();
     for waste in WASTE {
-        let blocks = pack(source, parents, &cut(source, waste, done));
+        let blocks = pack(source, parents, &cutter.cut(waste, done));
         if best.nodes.is_empty() || blocks.nodes.len() < best.nodes.len() {
             best = blocks;
         }
-        if best.fill(source.block_bytes) >= FILL {
+        if fill(best.used, best.nodes.len() as u64, source.block_bytes) >= FILL {
             break;
         }
     }

@@ -90,8 +90,13 @@ impl Stats {
     /// Used part of the blocks.
     #[must_use]
     pub fn fill(&self) -> f64 {
-        self.used_bytes as f64 / (self.blocks * self.block_bytes as u64).max(1) as f64
+        fill(self.used_bytes, self.blocks, self.block_bytes)
     }
+}
+
+/// The part of so many blocks that is used.
+pub(super) fn fill(used_bytes: u64, blocks: u64, block_bytes: usize) -> f64 {
+    used_bytes as f64 / (blocks * block_bytes as u64).max(1) as f64
 }
 
 impl fmt::Display for Stats {
