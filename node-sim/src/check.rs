@@ -1,4 +1,4 @@
-use crate::{Error, Faults, Options, Profile, Rate};
+use crate::{Error, Faults, Options, Profile, Rate, Slow};
 
 /// Longest that an operation may take \[ns\]: a second.
 const LONGEST: f64 = 1e9;
@@ -25,15 +25,13 @@ pub(crate) fn check(options: &Options) -> Result<(), Error> {
             return Err(Error::NoNode { node: node.0, last: nodes - 1 });
         }
     }
-    for slow in slow {
-        if !(slow.factor > 0.0 && slow.factor.is_finite()) {
-            return Err(Error::Factor { node: slow.node.0, factor: slow.factor });
+    for (at, &Slow { node, factor }) in slow.iter().enumerate() {
+        if !(factor > 0.0 && factor.is_finite()) {
+            return Err(Error::Factor { node: node.0, factor });
         }
-    }
-    let mut named: Vec<u16> = slow.iter().map(|slow| slow.node.0).collect();
-    named.sort_unstable();
-    if let Some(twice) = named.windows(2).find_map(|two| (two[0] == two[1]).then_some(two[0])) {
-        return Err(Error::SlowTwice { node: twice });
+        if slow[..at].iter().any(|other| other.node == node) {
+            return Err(Error::SlowTwice { node: node.0 });
+        }
     }
     let mut dying: Vec<u16> = crashes.iter().map(|crash| crash.node.0).collect();
     dying.sort_unstable();
