@@ -162,14 +162,15 @@ fn is_left_behind<'a>(
     primitive: &Primitive,
 ) -> bool {
     let Some(plane) = FacePlane::new(primitive) else { return false };
-    let least = plane.least(from);
+    let error = plane.error(from);
     rays.all(|shadow| {
         let ray = shadow.ray();
         let height = plane.height(ray.origin.as_dvec3());
         let away = plane.normal.dot(ray.direction.as_dvec3());
-        let is_off = |least: f64| height * height > least;
         // No NaN. What the box is too wide for, the ray's own origin may not be.
-        height * away > 0.0 && (is_off(least) || is_off(plane.least_of(ray.origin)))
+        height * away > 0.0
+            && (plane.is_off(height, error)
+                || plane.is_off(height, plane.error(&Aabb::EMPTY.with(ray.origin))))
     })
 }
 
@@ -215,11 +216,16 @@ impl FacePlane {
         self.normal.dot(point - self.point.as_dvec3())
     }
 
+    /// Whether a [height](Self::height), on either side, is farther off.
+    fn is_off(&self, height: f64, by: f64) -> bool {
+        // Of points in f32, what is squared lies between 1e-280 and 1e240.
+        height * height > by * by * self.normal.length_squared()
+    }
+
     /// Whether a point stands higher above it.
     pub(super) fn is_below(&self, point: DVec3, by: f64) -> bool {
         let height = self.height(point);
-        // Of points in f32, what is squared lies between 1e-280 and 1e240.
-        height > 0.0 && height * height > by * by * self.normal.length_squared()
+        height > 0.0 && self.is_off(height, by)
     }
 
     /// Takes a triangle in, if it lies in the very same plane: whether it does.
@@ -232,25 +238,17 @@ impl FacePlane {
         same
     }
 
-    /// What the square of the [height](Self::height) of a point of a box must exceed, for the point to lie farther off than the triangles' tests
-    /// can err.
-    fn least(&self, from: &Aabb) -> f64 {
+    /// How far the tests of the triangles can err for rays from within a box.
+    fn error(&self, from: &Aabb) -> f64 {
         const ERROR: f64 = PreparedRay::TRIANGLE_ERROR as f64 * 1.01;
         let below = from.max.as_dvec3() - self.bounds.min.as_dvec3();
         let above = self.bounds.max.as_dvec3() - from.min.as_dvec3();
         // Not less than zero: one of them is not, in each axis.
-        let far = ERROR * below.max(above).max_element();
-        far * far * self.normal.length_squared()
-    }
-
-    /// .. of a point.
-    fn least_of(&self, point: Vec3) -> f64 {
-        self.least(&Aabb { min: point, max: point })
+        ERROR * below.max(above).max_element()
     }
 
     /// Whether a point lies in front of it, farther off than the triangles' tests can err.
     pub(super) fn is_before(&self, point: Vec3) -> bool {
-        let height = self.height(point.as_dvec3());
-        height > 0.0 && height * height > self.least_of(point)
+        self.is_below(point.as_dvec3(), self.error(&Aabb::EMPTY.with(point)))
     }
 }
