@@ -3,27 +3,34 @@
 //! `libm` has them for any argument, to the last bit, and takes 6 KiB of a board's flash and arithmetic in f64 for it. Here arguments are as
 //! short as sampling makes them, and an ulp or two is nothing beside what is sampled.
 
+use crate::real::{Bits, Real};
 use core::f32::consts::{FRAC_1_SQRT_2, FRAC_PI_2, LN_2, PI};
 
 /// The value of a polynomial, the coefficient of the lowest power first.
-#[inline]
-fn polynomial(x: f32, coefficients: &[f32]) -> f32 {
-    coefficients.iter().rev().fold(0.0, |sum, c| sum * x + c)
+#[inline(always)]
+fn polynomial<R: Real>(x: R, coefficients: &[f32]) -> R {
+    let mut sum = x.same(0.0);
+    for &c in coefficients.iter().rev() {
+        sum = sum * x + c;
+    }
+    sum
 }
 
-/// Sine and cosine of an angle in turns, of which there are fewer than 2²⁰. Error: 2⁻²³.
-pub(crate) fn sin_cos_of_turns(turns: f32) -> (f32, f32) {
+/// [`Real::sin_cos_of_turns`].
+#[inline(always)]
+pub(crate) fn sin_cos_of_turns<R: Real>(turns: R) -> (R, R) {
     // Both steps are exact: a multiple of a power of two, and what is left of it.
-    let quarters = 4.0 * turns;
-    let nearest = (quarters + 0.5_f32.copysign(quarters)) as i32;
-    let r = quarters - nearest as f32;
+    let quarters = turns * 4.0;
+    let nearest = quarters.nearest();
+    let r = quarters - nearest.real();
     let r2 = r * r;
     let sin = r * polynomial(r2, &[1.570_796_4, -0.645_963_5, 0.079_680_03, -0.004_601_658]);
     let cos = polynomial(r2, &[1.0, -1.233_700_5, 0.253_669_26, -0.020_860_309, 0.000_904_060_55]);
     // Without branches: in which quarter a sample lies nobody can foretell.
-    let (sin, cos) = if nearest & 1 == 0 { (sin, cos) } else { (cos, sin) };
-    let turned = |x: f32, quarter: i32| f32::from_bits(x.to_bits() ^ (quarter as u32 & 2) << 30);
-    (turned(sin, nearest), turned(cos, nearest.wrapping_add(1)))
+    let is_even = (nearest & 1).is_zero();
+    let (sin, cos) = (R::select(is_even, sin, cos), R::select(is_even, cos, sin));
+    let sin = R::of_bits(sin.bits() ^ (nearest & 2) << 30);
+    (sin, R::of_bits(cos.bits() ^ (nearest.plus(1) & 2) << 30))
 }
 
 /// The angle \[radians\] of a vector to the x axis, in (-π, π]. Error: 2⁻²² of it.
@@ -52,15 +59,15 @@ pub(crate) fn asin(sin: f32) -> f32 {
     angle(sin, libm::sqrtf((1.0 - sin) * (1.0 + sin)))
 }
 
-/// Two to a power of at most 127; 0 where no normal number is near. Error: 2⁻²³ of it.
-pub(crate) fn exp2(x: f32) -> f32 {
+/// [`Real::two_to`].
+#[inline(always)]
+pub(crate) fn exp2<R: Real>(x: R) -> R {
     const EXP2: [f32; 7] =
         [1.0, LN_2, 0.240_226_5, 0.055_503_28, 0.009_618_004, 0.001_340_023_5, 0.000_154_762_8];
-    let nearest = (x + 0.5_f32.copysign(x)) as i32;
-    if nearest < -126 {
-        return 0.0;
-    }
-    polynomial(x - nearest as f32, &EXP2) * power_of_two(nearest)
+    let x = x.at_least(-127.0);
+    let nearest = x.nearest();
+    // Its bits are an exponent alone: 0 for the power of -127.
+    polynomial(x - nearest.real(), &EXP2) * R::of_bits(nearest.plus(127) << 23)
 }
 
 /// The binary logarithm of what is above zero; of 0, and of less than the least normal number, negative infinity. Error: 2⁻²² of it.

@@ -8,6 +8,7 @@
 //!
 //! | module | what it holds |
 //! | --- | --- |
+//! | [`real`] | numbers of one sample, or of as many at once as a vector holds |
 //! | [`scene`] | the tables of a scene: materials, lights, views |
 //! | [`geometry`] | rays, boxes, triangles, spheres, pyramids, and the bounds of their rounding |
 //! | [`block`] | a piece of the octree in bytes, the file that holds them, and their checked reader |
@@ -40,6 +41,7 @@ pub mod node;
 pub mod path;
 pub mod protocol;
 pub mod random;
+pub mod real;
 pub mod render;
 pub mod scene;
 pub mod shade;

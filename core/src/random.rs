@@ -8,6 +8,7 @@
 //! and for 2¹⁶ indices, which 1024 paths of 64 shadow rays use up. Two dimensions per purpose need no table.
 
 use crate::path::PathKey;
+use crate::real::{Bits, Part, Real};
 
 /// What a random number is for: the dimensions of [`PathKey::scramble`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -66,29 +67,53 @@ impl Sequence {
 
     /// Point `index`: two numbers in [0, 1), multiples of 2⁻²⁴.
     #[must_use]
-    pub const fn point(self, index: u32) -> [f32; 2] {
-        let index = owen(index.reverse_bits(), self.shuffle).reverse_bits();
-        [unit(owen(index, self.x).reverse_bits()), unit(owen(pascal(index), self.y).reverse_bits())]
+    pub fn point(self, index: u32) -> [f32; 2] {
+        self.points(index)
+    }
+
+    /// The points of several indices.
+    #[inline(always)]
+    #[must_use]
+    pub fn points<B: Bits>(self, index: B) -> [B::Real; 2] {
+        B::Real::apart(Points { sequence: self, index })
+    }
+}
+
+/// [`Sequence::points`].
+struct Points<B> {
+    sequence: Sequence,
+    index: B,
+}
+
+impl<B: Bits> Part for Points<B> {
+    type Result = [B::Real; 2];
+
+    #[inline(always)]
+    fn run(self) -> Self::Result {
+        let Self { sequence: Sequence { shuffle, x, y }, index } = self;
+        let index = owen(index.reversed(), shuffle).reversed();
+        [unit(owen(index, x).reversed()), unit(owen(pascal(index), y).reversed())]
     }
 }
 
 /// The second dimension of Sobol's sequence, bits reversed: the matrix of binomial coefficients mod 2, whose rows are
 /// the supersets of their index; five steps add them up as a sum over subsets does.
-const fn pascal(i: u32) -> u32 {
-    let i = i ^ i >> 16 & 0x0000_ffff;
-    let i = i ^ i >> 8 & 0x00ff_00ff;
-    let i = i ^ i >> 4 & 0x0f0f_0f0f;
-    let i = i ^ i >> 2 & 0x3333_3333;
-    i ^ i >> 1 & 0x5555_5555
+#[inline(always)]
+fn pascal<B: Bits>(i: B) -> B {
+    let i = i ^ (i >> 16 & 0x0000_ffff);
+    let i = i ^ (i >> 8 & 0x00ff_00ff);
+    let i = i ^ (i >> 4 & 0x0f0f_0f0f);
+    let i = i ^ (i >> 2 & 0x3333_3333);
+    i ^ (i >> 1 & 0x5555_5555)
 }
 
 /// Owen's scramble of a number whose bits are reversed: each bit is flipped by a hash of those below it.
-const fn owen(x: u32, seed: u32) -> u32 {
-    let x = x ^ x.wrapping_mul(0x3d20_adea);
-    let x = x.wrapping_add(seed);
-    let x = x.wrapping_mul(seed >> 16 | 1);
-    let x = x ^ x.wrapping_mul(0x0552_6c56);
-    x ^ x.wrapping_mul(0x53a2_2864)
+#[inline(always)]
+fn owen<B: Bits>(x: B, seed: u32) -> B {
+    let x = x ^ x.times(0x3d20_adea);
+    let x = x.plus(seed).times(seed >> 16 | 1);
+    let x = x ^ x.times(0x0552_6c56);
+    x ^ x.times(0x53a2_2864)
 }
 
 /// Wellons' `lowbias32`, a bijection.
@@ -98,8 +123,9 @@ const fn hash(x: u32) -> u32 {
     x ^ x >> 16
 }
 
-const fn unit(x: u32) -> f32 {
-    (x >> 8) as f32 * (1.0 / (1 << 24) as f32)
+#[inline(always)]
+fn unit<B: Bits>(x: B) -> B::Real {
+    (x >> 8).real() * (1.0 / (1 << 24) as f32)
 }
 
 #[cfg(test)]

@@ -1,5 +1,5 @@
 use kiloray_core::block::BlockSource;
-use kiloray_core::trace::{Query, Scalar, Search, TraceError, Tracer};
+use kiloray_core::trace::{Kernel, Query, Scalar, Search, TraceError, Tracer};
 
 #[cfg(target_arch = "x86_64")]
 use crate::wide::{Avx2, Avx512};
@@ -75,6 +75,33 @@ impl Tracer for Auto {
             Found::Scalar => Scalar.run::<T, S, Q>(room, source, rays, queries),
         }
     }
+
+    #[inline]
+    fn compute<K: Kernel>(self, kernel: K) {
+        match self.0 {
+            // SAFETY: as above.
+            #[cfg(target_arch = "x86_64")]
+            Found::Avx512(lanes) => unsafe { compute_avx512(lanes, kernel) },
+            // SAFETY: as above.
+            #[cfg(target_arch = "x86_64")]
+            Found::Avx2(lanes) => unsafe { compute_avx2(lanes, kernel) },
+            Found::Scalar => kernel.run(Scalar),
+        }
+    }
+}
+
+/// All that a kernel calls is inlined into it, and compiled for AVX2.
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
+fn compute_avx2<K: Kernel>(lanes: Avx2, kernel: K) {
+    kernel.run(lanes);
+}
+
+/// The same for AVX-512.
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt,avx512f,avx512vl,avx512bw,avx512dq")]
+fn compute_avx512<K: Kernel>(lanes: Avx512, kernel: K) {
+    kernel.run(lanes);
 }
 
 /// All that a search calls is inlined into it, and compiled for AVX2.

@@ -12,18 +12,21 @@ use core::marker::PhantomData;
 use kiloray_core::block::format::{BlockHeader, Node, Record};
 use kiloray_core::block::{ExpandedNode, Vertices};
 use kiloray_core::geometry::{self, PreparedRay};
+use kiloray_core::real::Part;
 use kiloray_core::trace::{
-    Beam, Crossings, Filled, Group, Kind, Lanes, Met, Octet, Part, Places, Quad, Row, Turn, Verdict,
+    Beam, Crossings, Filled, Group, Kind, Lanes, Met, Octet, Places, Quad, Row, Turn, Verdict,
 };
 
 mod boxes;
 mod bundle;
 mod frame;
 mod put_down;
+mod real;
 mod record;
 
 use frame::{Frame, Ray};
 use put_down::{ByCompression, ByTable, PutDown};
+use real::{Eight, Whole};
 
 /// Lanes of AVX2 and FMA. A value of it proves that the machine has them, and what `P` takes.
 #[derive(Debug, Clone, Copy)]
@@ -52,6 +55,13 @@ impl<P: PutDown> Wide<P> {
 impl<P: PutDown> Lanes for Wide<P> {
     type Frame = Frame;
     type Ray = Ray;
+    type Real = Eight;
+
+    #[inline(always)]
+    fn count_from(self, first: u32) -> Whole {
+        // SAFETY: a value of Wide exists, so the machine has AVX2.
+        unsafe { Whole::count_from(first) }
+    }
 
     #[inline(always)]
     fn ray(self, ray: &PreparedRay) -> Ray {

@@ -3,6 +3,7 @@ use super::flat::Flat;
 use super::sphere::Ball;
 use crate::geometry::rounding::UNIT_ROUNDOFF;
 use crate::material::Surface;
+use crate::real::{Real, Vector};
 use crate::scene::{Light, LightKind};
 use glam::Vec3;
 
@@ -42,19 +43,21 @@ pub enum Dark {
     Void,
 }
 
-/// A direction in which a light was found.
+/// Directions in which a light was looked for, one in each lane.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Sample {
+pub struct Sample<R: Real = f32> {
     /// Unit direction to the light.
-    pub direction: Vec3,
+    pub direction: Vector<R>,
     /// Where a shadow ray ends, just before the light; `None` if it has no end.
-    pub end: Option<Vec3>,
+    pub end: Option<Vector<R>>,
     /// The distance to the light, infinite if it is infinitely far.
-    pub distance: f32,
-    /// Radiance over density: for a point light the irradiance at normal incidence. [W/m²]
-    pub power: Vec3,
+    pub distance: R,
+    /// One over the density, which times the [radiance](Aim::radiance) is, of a point light, the irradiance at normal incidence. \[sr\]
+    pub inverse: R,
     /// What [`Aim::density`] says of this direction.
-    pub density: f32,
+    pub density: R,
+    /// Whether there is something to see in it.
+    pub is_lit: R::Mask,
 }
 
 /// Distance by which a shadow ray ends before the light, in parts of all lengths concerned: the clearance that
@@ -158,60 +161,62 @@ impl Aim {
         self.radiance
     }
 
-    /// The light's direction for two numbers in [0, 1); `None` if there is nothing to see in it.
+    /// The light's direction for two numbers in [0, 1).
+    #[inline(always)]
     #[must_use]
-    pub fn sample(&self, numbers: [f32; 2]) -> Option<Sample> {
-        let (direction, distance, normal, size, inverse, density) = match &self.shape {
+    pub fn sample<R: Real>(&self, numbers: [R; 2]) -> Sample<R> {
+        let [like, _] = numbers;
+        let (direction, distance, normal, size, inverse, density, is_there) = match &self.shape {
             Shape::Flat(flat) => {
-                let found = flat.sample(self.from, numbers)?;
+                let found = flat.sample(self.from, numbers);
                 (
                     found.direction,
                     found.distance,
-                    flat.normal,
+                    Vector::same(like, flat.normal),
                     flat.size,
                     found.inverse,
                     found.density,
+                    found.is_there,
                 )
             }
             Shape::Ball(ball) => {
                 let (direction, distance, normal) = ball.sample(self.from, numbers);
-                let inverse = ball.solid_angle;
-                (direction, distance, normal, ball.size, inverse, 1.0 / inverse)
+                let (inverse, density) = (ball.solid_angle, 1.0 / ball.solid_angle);
+                let (inverse, density) = (like.same(inverse), like.same(density));
+                (direction, distance, normal, ball.size, inverse, density, like.always())
             }
             Shape::Point(position) => {
                 let to = *position - self.from;
                 let square = to.dot(to);
                 let distance = libm::sqrtf(square);
-                return Some(Sample {
-                    direction: to / distance,
-                    end: Some(*position),
-                    distance,
-                    power: self.radiance / square,
-                    density: f32::INFINITY,
-                });
+                return Sample {
+                    direction: Vector::same(like, to / distance),
+                    end: Some(Vector::same(like, *position)),
+                    distance: like.same(distance),
+                    inverse: like.same(1.0 / square),
+                    density: like.same(f32::INFINITY),
+                    is_lit: like.always(),
+                };
             }
             Shape::Cap(cap) => {
-                let (direction, inverse) = cap.sample(numbers)?;
-                return Some(Sample {
+                let (direction, inverse, is_lit) = cap.sample(numbers);
+                return Sample {
                     direction,
                     end: None,
-                    distance: f32::INFINITY,
-                    power: self.radiance * inverse,
-                    density: 1.0 / cap.solid_angle,
-                });
+                    distance: like.same(f32::INFINITY),
+                    inverse,
+                    density: like.same(1.0 / cap.solid_angle),
+                    is_lit,
+                };
             }
         };
-        if self.cone_cos > -1.0 && -direction.dot(self.cone) < self.cone_cos {
-            return None;
+        let mut is_lit = is_there;
+        if self.cone_cos > -1.0 {
+            is_lit = is_lit & !like.same(self.cone_cos).above(-direction.on(self.cone));
         }
-        let off = CLEARANCE * (size + distance);
-        Some(Sample {
-            direction,
-            end: Some(self.from + direction * distance + normal * off),
-            distance,
-            power: self.radiance * inverse,
-            density,
-        })
+        let off = (distance + size) * CLEARANCE;
+        let end = direction * distance + self.from + normal * off;
+        Sample { direction, end: Some(end), distance, inverse, density, is_lit }
     }
 
     /// The density [1/sr] by which light sampling counts, against that of a ray that found `light` by itself, at

@@ -1,6 +1,6 @@
 use super::aim::Dark;
-use crate::elementary::sin_cos_of_turns;
 use crate::material::{Surface, tangents};
+use crate::real::{Real, Vector};
 use core::f32::consts::PI;
 use glam::Vec3;
 
@@ -57,24 +57,30 @@ impl Cap {
         Ok(Self { axis, versine, solid_angle, estimate, hemisphere })
     }
 
-    /// A unit direction of the light and one over its density; `None` for one beside it.
-    pub(super) fn sample(&self, [a, b]: [f32; 2]) -> Option<(Vec3, f32)> {
+    /// A unit direction of the light, one over its density, and whether it is not beside it.
+    #[inline(always)]
+    pub(super) fn sample<R: Real>(&self, [a, b]: [R; 2]) -> (Vector<R>, R, R::Mask) {
         let Some(hemisphere) = &self.hemisphere else {
             let direction = around(self.axis, a * self.versine, b);
-            return Some((direction, self.solid_angle));
+            return (direction, a.same(self.solid_angle), a.always());
         };
         // A surface that answers on both sides gives each half of the samples.
         let (a, side, halves) = match hemisphere.answers {
-            [true, true] if a < 0.5 => (2.0 * a, 1.0, 2.0),
-            [true, true] => (2.0 * a - 1.0, -1.0, 2.0),
-            [_, false] => (a, 1.0, 1.0),
-            [false, true] => (a, -1.0, 1.0),
+            [true, true] => {
+                let front = a.same(0.5).above(a);
+                let a = a * 2.0;
+                let side = R::select(front, a.same(1.0), a.same(-1.0));
+                (R::select(front, a, a - 1.0), side, 2.0)
+            }
+            [_, false] => (a, a.same(1.0), 1.0),
+            [false, true] => (a, a.same(-1.0), 1.0),
         };
         // Cosine-weighted: cos² uniform; 1 - a is above zero.
-        let cos = libm::sqrtf(1.0 - a);
-        let direction = around(hemisphere.normal * side, 1.0 - cos, b);
-        let inside = direction.dot(self.axis) >= 1.0 - self.versine;
-        inside.then_some((direction, halves * PI / cos))
+        let cos = a.complement().sqrt();
+        let direction = Vector::along(hemisphere.normal, cos * side)
+            + aside(hemisphere.normal, cos.complement(), b);
+        let is_beside = a.same(1.0 - self.versine).above(direction.on(self.axis));
+        (direction, cos.same(halves * PI) / cos, !is_beside)
     }
 
     pub(super) fn solid_angle(width: Vec3) -> f32 {
@@ -83,10 +89,18 @@ impl Cap {
 }
 
 /// A unit direction whose cosine to the axis is `1 - versine`, at turn `b`.
-fn around(axis: Vec3, versine: f32, b: f32) -> Vec3 {
-    let (sin, cos) = sin_cos_of_turns(b);
+#[inline(always)]
+fn around<R: Real>(axis: Vec3, versine: R, b: R) -> Vector<R> {
+    Vector::along(axis, versine.complement()) + aside(axis, versine, b)
+}
+
+/// The part of it at right angles to the axis.
+#[inline(always)]
+fn aside<R: Real>(axis: Vec3, versine: R, b: R) -> Vector<R> {
+    let (sin, cos) = b.sin_cos_of_turns();
     let (s, t) = tangents(axis);
-    axis * (1.0 - versine) + (s * cos + t * sin) * libm::sqrtf((versine * (2.0 - versine)).max(0.0))
+    let sine = (versine * (-versine + 2.0)).at_least(0.0).sqrt();
+    (Vector::along(s, cos) + Vector::along(t, sin)) * sine
 }
 
 /// The light's own, or that of its cosine, which f32 holds to 6e-8 only: half a percent of a sun.

@@ -1,4 +1,5 @@
 use super::flat::concentric;
+use crate::real::{Real, Vector};
 use core::f32::consts::PI;
 use glam::Vec3;
 
@@ -42,11 +43,12 @@ impl Ellipse {
     }
 
     /// A unit direction, and one over its density.
-    pub(super) fn sample(&self, [a, b]: [f32; 2]) -> (Vec3, f32) {
+    #[inline(always)]
+    pub(super) fn sample<R: Real>(&self, [a, b]: [R; 2]) -> (Vector<R>, R) {
         let (s, t) = concentric(a, b);
-        let aside = self.x * s + self.y * t;
-        let z = libm::sqrtf(1.0 - aside.dot(aside));
-        (aside + self.z * z, self.area / z)
+        let aside = Vector::along(self.x, s) + Vector::along(self.y, t);
+        let z = aside.dot(aside).complement().sqrt();
+        (aside + Vector::along(self.z, z), z.same(self.area) / z)
     }
 }
 

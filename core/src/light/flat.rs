@@ -3,7 +3,7 @@ use super::ellipse::Ellipse;
 use super::projected;
 use super::rectangle::Rectangle;
 use super::triangle::SphericalTriangle;
-use crate::elementary::sin_cos_of_turns;
+use crate::real::{Part, Real, Vector};
 use crate::scene::{Light, LightKind};
 use core::f32::consts::PI;
 use glam::Vec3;
@@ -42,13 +42,15 @@ enum Near {
 }
 
 /// A point on the shape.
-pub(super) struct Found {
-    pub(super) direction: Vec3,
-    pub(super) distance: f32,
+pub(super) struct Found<R: Real> {
+    pub(super) direction: Vector<R>,
+    pub(super) distance: R,
     /// One over the density \[sr\].
-    pub(super) inverse: f32,
+    pub(super) inverse: R,
     /// See [`Aim::density`].
-    pub(super) density: f32,
+    pub(super) density: R,
+    /// Whether there is such a point.
+    pub(super) is_there: R::Mask,
 }
 
 /// Above this quotient of area and squared distance to the centre the solid angle is sampled: below it uniform area is
@@ -122,29 +124,33 @@ impl Flat {
     }
 
     /// The point of the shape for two numbers in [0, 1).
-    pub(super) fn sample(&self, from: Vec3, numbers: [f32; 2]) -> Option<Found> {
+    #[inline(always)]
+    pub(super) fn sample<R: Real>(&self, from: Vec3, numbers: [R; 2]) -> Found<R> {
+        let [like, _] = numbers;
         let (to, inverse) = match &self.near {
-            Near::No => (self.position + self.on_shape(numbers) - from, None),
-            Near::Rectangle(rectangle) => (rectangle.sample(numbers), Some(rectangle.solid_angle)),
+            Near::No => (self.on_shape(numbers) + self.position - from, None),
+            Near::Rectangle(rectangle) => {
+                (rectangle.sample(numbers), Some(like.same(rectangle.solid_angle)))
+            }
             Near::Disc(ellipse) => {
                 let (direction, inverse) = ellipse.sample(numbers);
-                (self.along(direction)?, Some(inverse))
+                (self.along(direction), Some(inverse))
             }
             Near::Triangle(triangle) => {
-                (self.along(triangle.sample(numbers))?, Some(triangle.solid_angle))
+                (self.along(triangle.sample(numbers)), Some(like.same(triangle.solid_angle)))
             }
         };
         let square = to.dot(to);
-        let distance = libm::sqrtf(square);
+        let distance = square.sqrt();
         // The height is the same for all points of the plane: more exact than the product of direction and normal.
-        let by_area = self.area * self.height / (square * distance);
-        let density = 1.0 / by_area;
-        (by_area > 0.0 && density > 0.0).then(|| Found {
-            direction: to / distance,
-            distance,
-            inverse: inverse.unwrap_or(by_area),
-            density,
-        })
+        let by_area = like.same(self.area * self.height) / (square * distance);
+        let density = like.same(1.0) / by_area;
+        let inverse = match inverse {
+            Some(inverse) => inverse,
+            None => by_area,
+        };
+        let is_there = by_area.is_positive() & density.is_positive();
+        Found { direction: to / distance, distance, inverse, density, is_there }
     }
 
     /// The integral of the cosine over all of it, if it is wholly above the surface and has corners.
@@ -159,10 +165,11 @@ impl Flat {
         projected::polygon(&[first, second, third, last], self.height, normal)
     }
 
-    /// The vector to the plane in a unit direction.
-    fn along(&self, direction: Vec3) -> Option<Vec3> {
-        let cos = -direction.dot(self.normal);
-        (cos > 0.0).then(|| direction * (self.height / cos))
+    /// The vector to the plane in a unit direction; without end where there is none.
+    #[inline(always)]
+    fn along<R: Real>(&self, direction: Vector<R>) -> Vector<R> {
+        let cos = -direction.on(self.normal);
+        direction * (cos.same(self.height) / cos.at_least(0.0))
     }
 
     pub(super) fn density(
@@ -177,19 +184,18 @@ impl Flat {
         if cos > 0.0 { distance * distance / (area * cos) } else { 0.0 }
     }
 
-    fn on_shape(&self, [a, b]: [f32; 2]) -> Vec3 {
-        match self.kind {
+    #[inline(always)]
+    fn on_shape<R: Real>(&self, [a, b]: [R; 2]) -> Vector<R> {
+        let (x, y) = match self.kind {
             LightKind::Triangle => {
                 // Continuous, with the evenness of the square kept along both axes (Turk 1990).
-                let root = libm::sqrtf(a);
-                self.u * (root * (1.0 - b)) + self.v * (root * b)
+                let root = a.sqrt();
+                (root * b.complement(), root * b)
             }
-            LightKind::Disc => {
-                let (x, y) = concentric(a, b);
-                self.u * x + self.v * y
-            }
-            _ => self.u * a + self.v * b,
-        }
+            LightKind::Disc => concentric(a, b),
+            _ => (a, b),
+        };
+        Vector::along(self.u, x) + Vector::along(self.v, y)
     }
 }
 
@@ -210,16 +216,24 @@ fn shape(position: Vec3, u: Vec3, v: Vec3) -> Light {
 }
 
 /// The map of Shirley & Chiu 1997 from the unit square to the unit disc.
-pub(super) fn concentric(a: f32, b: f32) -> (f32, f32) {
-    let (x, y) = (2.0 * a - 1.0, 2.0 * b - 1.0);
-    if x == 0.0 && y == 0.0 {
-        return (0.0, 0.0);
-    }
-    if x.abs() > y.abs() {
-        let (sin, cos) = sin_cos_of_turns(0.125 * (y / x));
-        (x * cos, x * sin)
-    } else {
-        let (sin, cos) = sin_cos_of_turns(0.125 * (x / y));
-        (y * sin, y * cos)
+#[inline(always)]
+pub(super) fn concentric<R: Real>(a: R, b: R) -> (R, R) {
+    R::apart(Concentric(a, b))
+}
+
+struct Concentric<R>(R, R);
+
+impl<R: Real> Part for Concentric<R> {
+    type Result = (R, R);
+
+    #[inline(always)]
+    fn run(self) -> (R, R) {
+        let (x, y) = (self.0 * 2.0 - 1.0, self.1 * 2.0 - 1.0);
+        let is_flat = x.abs().above(y.abs());
+        let (radius, aside) = (R::select(is_flat, x, y), R::select(is_flat, y, x));
+        // In the middle both are 0, and any angle will do.
+        let (sin, cos) = ((aside / radius).at_least(-1.0) * 0.125).sin_cos_of_turns();
+        let (along, aside) = (radius * cos, radius * sin);
+        (R::select(is_flat, along, aside), R::select(is_flat, aside, along))
     }
 }

@@ -1,4 +1,5 @@
-use crate::elementary::{asin, sin_cos_of_turns};
+use crate::elementary::asin;
+use crate::real::{Real, Vector};
 use core::f32::consts::{PI, TAU};
 use glam::Vec3;
 
@@ -57,17 +58,19 @@ impl Rectangle {
     }
 
     /// The vector from the point to the sample.
-    pub(super) fn sample(&self, [u, v]: [f32; 2]) -> Vec3 {
-        let (sin, cos) = sin_cos_of_turns((u * self.solid_angle + self.k) / TAU);
+    #[inline(always)]
+    pub(super) fn sample<R: Real>(&self, [u, v]: [R; 2]) -> Vector<R> {
+        let (sin, cos) = ((u * self.solid_angle + self.k) / TAU).sin_cos_of_turns();
         let f = (cos * self.b0 - self.b1) / sin;
-        let c = (1.0 / libm::sqrtf(f * f + self.b0 * self.b0)).copysign(f).clamp(-1.0, 1.0);
-        let xu = -(c * self.z0) / libm::sqrtf((1.0 - c * c).max(f32::MIN_POSITIVE));
-        let xu = xu.max(self.x0).min(self.x1);
+        let c = (u.same(1.0) / (f * f + self.b0 * self.b0).sqrt()).at_most(1.0).copysign(f);
+        let xu = -(c * self.z0) / (c * c).complement().at_least(f32::MIN_POSITIVE).sqrt();
+        let xu = xu.at_least(self.x0).at_most(self.x1);
         let d2 = xu * xu + self.z0 * self.z0;
-        let h0 = self.y0 / libm::sqrtf(d2 + self.y0 * self.y0);
-        let h1 = self.y1 / libm::sqrtf(d2 + self.y1 * self.y1);
+        let h0 = u.same(self.y0) / (d2 + self.y0 * self.y0).sqrt();
+        let h1 = u.same(self.y1) / (d2 + self.y1 * self.y1).sqrt();
         let h = h0 + v * (h1 - h0);
-        let yv = h * libm::sqrtf(d2 / (1.0 - h * h).max(f32::MIN_POSITIVE));
-        self.x * xu + self.y * yv.max(self.y0).min(self.y1) + self.z * self.z0
+        let yv = h * (d2 / (h * h).complement().at_least(f32::MIN_POSITIVE)).sqrt();
+        let yv = yv.at_least(self.y0).at_most(self.y1);
+        Vector::along(self.x, xu) + Vector::along(self.y, yv) + self.z * self.z0
     }
 }

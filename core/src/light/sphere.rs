@@ -1,7 +1,7 @@
 use super::aim::Dark;
 use super::projected;
-use crate::elementary::sin_cos_of_turns;
 use crate::material::tangents;
+use crate::real::{Real, Vector};
 use core::f32::consts::PI;
 use glam::Vec3;
 
@@ -47,19 +47,20 @@ impl Ball {
     }
 
     /// Unit direction, distance and outward normal: uniform in the cone of visible directions.
-    pub(super) fn sample(&self, from: Vec3, [a, b]: [f32; 2]) -> (Vec3, f32, Vec3) {
+    #[inline(always)]
+    pub(super) fn sample<R: Real>(&self, from: Vec3, [a, b]: [R; 2]) -> (Vector<R>, R, Vector<R>) {
         let versine = a * self.versine;
         // sin² = 1 - cos², without the difference of near ones.
-        let sin2 = versine * (2.0 - versine);
-        let (sin_phi, cos_phi) = sin_cos_of_turns(b);
+        let sin2 = versine * (-versine + 2.0);
+        let (sin_phi, cos_phi) = b.sin_cos_of_turns();
         let (s, t) = tangents(self.axis);
-        let aside = (s * cos_phi + t * sin_phi) * libm::sqrtf(sin2);
-        let direction = self.axis * (1.0 - versine) + aside;
+        let aside = (Vector::along(s, cos_phi) + Vector::along(t, sin_phi)) * sin2.sqrt();
+        let direction = Vector::along(self.axis, versine.complement()) + aside;
         // The nearer root of the line and the sphere.
         let (r, d) = (self.radius, self.distance);
-        let distance = d * (1.0 - versine) - libm::sqrtf((r * r - d * d * sin2).max(0.0));
-        let normal = from + direction * distance - self.center;
-        (direction, distance, normal / libm::sqrtf(normal.dot(normal)))
+        let distance = versine.complement() * d - (-(sin2 * (d * d)) + r * r).at_least(0.0).sqrt();
+        let normal = direction * distance + from - self.center;
+        (direction, distance, normal / normal.length())
     }
 }
 

@@ -1,4 +1,5 @@
-use crate::elementary::{angle, sin_cos_of_turns};
+use crate::elementary::angle;
+use crate::real::{Real, Vector};
 use core::f32::consts::TAU;
 use glam::Vec3;
 
@@ -36,21 +37,24 @@ impl SphericalTriangle {
     }
 
     /// A unit direction.
-    pub(super) fn sample(&self, [x, y]: [f32; 2]) -> Vec3 {
+    #[inline(always)]
+    pub(super) fn sample<R: Real>(&self, [x, y]: [R; 2]) -> Vector<R> {
         // Of `φ - α`, without α itself.
-        let (sin, cos) = sin_cos_of_turns(x * self.solid_angle / TAU);
+        let (sin, cos) = (x * self.solid_angle / TAU).sin_cos_of_turns();
         let s = sin * self.cos_alpha - cos * self.sin_alpha;
         let t = cos * self.cos_alpha + sin * self.sin_alpha;
         let u = t - self.cos_alpha;
         let v = s + self.sin_alpha * self.cos_c;
         let q = ((v * t - u * s) * self.cos_alpha - v) / ((v * s + u * t) * self.sin_alpha);
-        // Both vanish at x = 0, where the sub-triangle is A and B alone.
-        let q = if q.is_nan() { 1.0 } else { q.clamp(-1.0, 1.0) };
-        let c = self.a * q + self.c_off_a * libm::sqrtf(1.0 - q * q);
-        let cos = c.dot(self.b);
-        let z = 1.0 - y * (1.0 - cos);
-        let off = unit(c - self.b * cos).unwrap_or(Vec3::ZERO);
-        self.b * z + off * libm::sqrtf((1.0 - z * z).max(0.0))
+        // Both vanish at x = 0, where the sub-triangle is A and B alone: of NaN comes 1.
+        let q = q.at_most(1.0).at_least(-1.0);
+        let c = Vector::along(self.a, q) + Vector::along(self.c_off_a, (q * q).complement().sqrt());
+        let cos = c.on(self.b);
+        let z = (y * cos.complement()).complement();
+        let off = c - Vector::along(self.b, cos);
+        // Where nothing is off, nothing times it is.
+        let off = off / off.length().at_least(f32::MIN_POSITIVE);
+        Vector::along(self.b, z) + off * (z * z).complement().at_least(0.0).sqrt()
     }
 }
 

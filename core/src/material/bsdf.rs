@@ -1,6 +1,7 @@
 use super::Surface;
 #[cfg(feature = "specular")]
 use super::{ROUGHNESS_MIN, Ward, fresnel, pass::index};
+use crate::real::{Real, Vector};
 use crate::scene::{Material, MaterialKind};
 use core::f32::consts::FRAC_1_PI;
 use glam::Vec3;
@@ -33,15 +34,14 @@ pub struct Gloss {
     pub crosses: bool,
 }
 
-/// Light from one direction, after the surface: see [`Bsdf::evaluate`].
+/// Light from one direction in each lane, after the surface: see [`Bsdf::evaluate`].
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Response {
+pub struct Response<R: Real = f32> {
     /// Diffuse part of the BSDF times the cosine.
-    pub diffuse: Vec3,
-    /// Glossy part of the BSDF times the cosine; nothing of a perfect mirror.
-    pub gloss: Vec3,
-    /// Density [1/sr] with which the glossy lobe on that side finds the direction.
-    pub density: f32,
+    pub diffuse: Vector<R>,
+    /// Glossy part of the BSDF times the cosine, and the density [1/sr] with which the glossy lobe on that side finds the direction; `None` if there is
+    /// no such lobe: of a perfect mirror there is nothing.
+    pub gloss: Option<(Vector<R>, R)>,
 }
 
 /// Which of the two glossy lobes.
@@ -144,47 +144,51 @@ impl Bsdf {
         [front.max_element() > 0.0, back.max_element() > 0.0]
     }
 
-    /// What becomes of light that comes from the unit direction `incoming`.
+    /// What becomes of light that comes from the unit directions `incoming`.
+    #[inline(always)]
     #[must_use]
-    pub fn evaluate(&self, surface: &Surface, incoming: Vec3) -> Response {
-        let above = surface.normal.dot(incoming);
-        let side = if above > 0.0 { Side::Front } else { Side::Back };
+    pub fn evaluate<R: Real>(&self, surface: &Surface, incoming: Vector<R>) -> Response<R> {
+        let above = incoming.on(surface.normal);
+        let (none, front) = (above.same(0.0), above.is_positive());
         // Both horizons count: the real one so that nothing leaks, the shaded one so that the shading is that of the smooth surface.
-        let cos = match side {
-            Side::Front => surface.shading.dot(incoming),
-            Side::Back => -surface.shading.dot(incoming),
-        };
-        if above == 0.0 || cos.is_nan() || cos <= 0.0 {
-            return Response { diffuse: Vec3::ZERO, gloss: Vec3::ZERO, density: 0.0 };
-        }
-        let fade = terminator(surface, above.abs(), cos);
-        let albedo = match side {
-            Side::Front => self.diffuse,
-            Side::Back => self.through,
-        };
-        let diffuse = albedo * (cos * fade * FRAC_1_PI);
+        let cos = incoming.on(surface.shading);
+        let cos = R::select(front, cos, -cos);
+        let is_lit = (front | none.above(above)) & cos.is_positive();
+        let cos = R::select(is_lit, cos, none);
+        let faded = cos * terminator(surface, above.abs(), cos) * FRAC_1_PI;
+        let diffuse = of_side(front, self.diffuse, self.through, none) * faded;
         #[cfg(feature = "specular")]
         if self.gloss.alpha > 0.0 {
             let ward = Ward { normal: surface.shading, alpha: self.gloss.alpha };
-            let (albedo, incoming) = match side {
-                Side::Front => (self.gloss.reflect, incoming),
-                Side::Back => (self.gloss.transmit, mirrored(incoming, surface.shading)),
-            };
+            let mirrored =
+                incoming - Vector::along(surface.shading, incoming.on(surface.shading) * 2.0);
+            let incoming = Vector::select(front, incoming, mirrored);
             let (value, density) = ward.evaluate(incoming, surface.outgoing);
-            return Response { diffuse, gloss: albedo * value, density };
+            let (value, density) =
+                (R::select(is_lit, value, none), R::select(is_lit, density, none));
+            let albedo = of_side(front, self.gloss.reflect, self.gloss.transmit, none);
+            return Response { diffuse, gloss: Some((albedo * value, density)) };
         }
-        Response { diffuse, gloss: Vec3::ZERO, density: 0.0 }
+        Response { diffuse, gloss: None }
     }
+}
+
+/// One of two vectors by lane.
+#[inline(always)]
+fn of_side<R: Real>(front: R::Mask, one: Vec3, other: Vec3, like: R) -> Vector<R> {
+    Vector::select(front, Vector::same(like, one), Vector::same(like, other))
 }
 
 /// Fades light out near the real horizon, where the shaded one lies lower: Chiang, Li, Burley 2019, "Taming the shadow
 /// terminator", eq. 1-2. It is 1 for flat surfaces, and never more.
-fn terminator(surface: &Surface, above: f32, cos: f32) -> f32 {
+#[inline(always)]
+fn terminator<R: Real>(surface: &Surface, above: R, cos: R) -> R {
     if surface.shading == surface.normal {
-        return 1.0;
+        return cos.same(1.0);
     }
-    let g = (above / (cos * surface.shading.dot(surface.normal))).clamp(0.0, 1.0);
-    ((1.0 - g) * g + 1.0) * g
+    let g = above / (cos * surface.shading.dot(surface.normal));
+    let g = g.at_most(1.0).at_least(0.0);
+    (g.complement() * g + 1.0) * g
 }
 
 /// The direction on the other side of the plane.
@@ -212,7 +216,7 @@ impl Bsdf {
         let (direction, weight, density) = if gloss.alpha > 0.0 {
             let ward = Ward { normal: surface.shading, alpha: gloss.alpha };
             let (direction, weight) = ward.sample(numbers, surface.outgoing)?;
-            let (_, density) = ward.evaluate(direction, surface.outgoing);
+            let (_, density) = ward.evaluate(Vector::<f32>::from(direction), surface.outgoing);
             let direction = match side {
                 Side::Front => direction,
                 Side::Back => mirrored(direction, surface.shading),

@@ -1,4 +1,5 @@
-use crate::elementary::{exp2, log2};
+use crate::elementary::log2;
+use crate::real::Real;
 use glam::Vec3;
 
 /// How much light a shadow ray has lost to the panes it crossed: a sum of integers, so the order of the crossings cannot matter.
@@ -62,7 +63,7 @@ impl OpticalDepth {
         if self == Self::CLEAR {
             return Vec3::ONE;
         }
-        Vec3::from(self.0.map(|steps| exp2(-(steps as f32 / STEPS))))
+        Vec3::from(self.0.map(|steps| (-(steps as f32 / STEPS)).two_to()))
     }
 }
 

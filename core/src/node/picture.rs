@@ -9,7 +9,9 @@ use crate::path::PathKey;
 use crate::render::Neighbours;
 use crate::render::{Clearings, Places, Scratch, Tile, Tiling, Trust, is_clear};
 use crate::scene::{Material, Needs};
-use crate::shade::{Bundle, Counts, Direct, PackedHit, Path, PathRay, Point, Shader, Shadow, Sum};
+use crate::shade::{
+    Bundle, Counts, Direct, PackedHit, Path, PathRay, Point, Shader, Shadow, ShadowRays, Sum,
+};
 use crate::trace::{Clip, ClipEntry, Cursor, Query, TraceError, Tracer, Trail, Whole};
 use crate::view::Camera;
 
@@ -194,6 +196,9 @@ pub struct Lights {
     made: u32,
     /// It was taken up again: the bundle has been counted.
     again: bool,
+    /// Rays of the bundle from `next` on that have been made, those between.
+    ahead: ShadowRays,
+    between: (usize, usize),
 }
 
 impl<T: Tracer, C: Scratch> World for Picture<'_, T, C> {
@@ -353,15 +358,19 @@ impl<T: Tracer, C: Scratch> World for Picture<'_, T, C> {
     }
 
     fn lights(&self, point: &Point, saved: Option<[u32; 8]>) -> Lights {
-        match saved {
-            None => {
-                let direct = self.shader.direct(point);
-                Lights { direct, before: direct, bundle: None, next: 0, made: 0, again: false }
-            }
-            Some([a, b, c, d, e, f, next, _]) => {
-                let direct = Direct::unpack([a, b, c, d, e, f]);
-                Lights { direct, before: direct, bundle: None, next, made: 0, again: next > 0 }
-            }
+        let (direct, next) = match saved {
+            None => (self.shader.direct(point), 0),
+            Some([a, b, c, d, e, f, next, _]) => (Direct::unpack([a, b, c, d, e, f]), next),
+        };
+        Lights {
+            direct,
+            before: direct,
+            bundle: None,
+            next,
+            made: 0,
+            again: next > 0,
+            ahead: ShadowRays::default(),
+            between: (0, 0),
         }
     }
 
@@ -379,7 +388,14 @@ impl<T: Tracer, C: Scratch> World for Picture<'_, T, C> {
                 while lights.next < bundle.len {
                     let j = lights.next;
                     lights.next = j.saturating_add(1);
-                    match self.shader.shadow_ray(point, bundle, j) {
+                    let (mut first, mut end) = lights.between;
+                    if first == end || lights.ahead.len() == 1 {
+                        let (tracer, rays) = (self.tracer, &mut lights.ahead);
+                        let made = self.shader.shadow_rays(tracer, point, bundle, j, rays);
+                        (first, end) = (0, made as usize);
+                    }
+                    lights.between = (first.saturating_add(1), end);
+                    match lights.ahead.get(first).copied().flatten() {
                         _ if j < lights.made => {}
                         Some(shadow) => {
                             return Some(Lit::By(Shadow::new(&shadow, bundle.light, 0)));
@@ -387,7 +403,7 @@ impl<T: Tracer, C: Scratch> World for Picture<'_, T, C> {
                         None => counts.shadow_dark = counts.shadow_dark.saturating_add(1),
                     }
                 }
-                (lights.next, lights.made) = (0, 0);
+                (lights.next, lights.made, lights.between) = (0, 0, (0, 0));
             }
             if !self.next_bundle(point, lights, counts) {
                 return None;

@@ -9,7 +9,7 @@ use crate::material::OpticalDepth;
 use crate::path::PathKey;
 use crate::scene::Needs;
 use crate::shade::{Counts, Path, Point, SPLITS, Shader, Sum};
-use crate::shade::{PathRay, Shadow};
+use crate::shade::{PathRay, Shadow, ShadowRays};
 use crate::store::{Arena, ArenaFull, Budget, Line};
 use crate::trace::{TraceError, Tracer};
 use crate::view::Camera;
@@ -220,15 +220,22 @@ impl<'a> Renderer<'a> {
                 *count = count.saturating_add(u64::from(bundle.len));
                 continue;
             }
-            for j in 0..bundle.len {
-                let Some(shadow) = shader.shadow_ray(point, &mut bundle, j) else {
-                    work.counts.shadow_dark = work.counts.shadow_dark.saturating_add(1);
-                    continue;
-                };
-                if self.shadows.is_full() {
-                    self.light(work)?;
+            let mut j = 0;
+            let mut rays = ShadowRays::default();
+            while j < bundle.len {
+                let tracer = work.sight.tracer();
+                let count = shader.shadow_rays(tracer, point, &mut bundle, j, &mut rays);
+                for ray in rays.iter().take(count as usize) {
+                    let Some(ray) = ray else {
+                        work.counts.shadow_dark = work.counts.shadow_dark.saturating_add(1);
+                        continue;
+                    };
+                    if self.shadows.is_full() {
+                        self.light(work)?;
+                    }
+                    self.shadows.push(Shadow::new(ray, bundle.light, pixel));
                 }
-                self.shadows.push(Shadow::new(&shadow, bundle.light, pixel));
+                j = j.saturating_add(count);
             }
         }
         Ok(())

@@ -46,6 +46,11 @@ impl<T: Tracer, S: BlockSource> Sight<T, S> {
         &self.source
     }
 
+    /// What they are traced with.
+    pub(super) const fn tracer(&self) -> T {
+        self.tracer
+    }
+
     /// How many shadow rays to look at together next, at most.
     pub(super) const fn most(&self) -> usize {
         self.trust.most()

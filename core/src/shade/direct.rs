@@ -1,8 +1,7 @@
 use super::deal::Deal;
-use super::path::{is_seen, share};
+use super::path::is_seen;
 use super::{Counts, Path, Point, Shader};
-use crate::geometry::Ray;
-use crate::light::{Aim, Dark, Sample};
+use crate::light::{Aim, Dark};
 use crate::random::{Purpose, Sequence};
 use crate::scene::Light;
 use core::f32::consts::FRAC_1_PI;
@@ -39,21 +38,12 @@ pub struct Bundle {
     pub light: u32,
     /// How many rays; a power of two.
     pub len: u32,
-    aim: Aim,
-    sequence: Sequence,
+    pub(super) aim: Aim,
+    pub(super) sequence: Sequence,
     /// One over the number of rays and the probability of the bundle.
-    scale: f32,
-    seen: bool,
-    deal: Deal,
-}
-
-/// A shadow ray, and the light that it brings to the pixel if nothing is in its way.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ShadowRay {
-    /// From the point to just before the light.
-    pub ray: Ray,
-    /// Times the transmittance of what it crosses.
-    pub light: Vec3,
+    pub(super) scale: f32,
+    pub(super) seen: bool,
+    pub(super) deal: Deal,
 }
 
 /// Teeth of the comb for a path of importance 1.
@@ -138,55 +128,6 @@ impl Shader<'_> {
             scale: 1.0 / (len as f32 * probability),
             seen: is_seen(light, |material| self.emits(material)),
             deal,
-        }
-    }
-
-    /// Shadow ray `j` of a bundle; `None` if its light would not count. They are made one after the other, from 0 up.
-    #[must_use]
-    pub fn shadow_ray(&self, point: &Point, bundle: &mut Bundle, j: u32) -> Option<ShadowRay> {
-        let index = point.path.key.sample.wrapping_mul(bundle.len).wrapping_add(j);
-        let sample = bundle.aim.sample(bundle.sequence.point(index))?;
-        // The last of those that share a known light takes what is left of it. Of a lamp whose light is known, no sample is lost.
-        let last = bundle.deal.is_known() && j.wrapping_add(1) == bundle.len;
-        let light = if last {
-            bundle.deal.rest()
-        } else {
-            bundle.deal.take(self.sampled(point, bundle, &sample))
-        };
-        if light.max_element().is_nan() || light.max_element() <= 0.0 {
-            return None;
-        }
-        let origin = point.surface.origin(sample.direction);
-        let ray = match sample.end {
-            Some(end) => Ray { origin, direction: end - origin, t_min: 0.0, t_max: 1.0 },
-            None => Ray { origin, direction: sample.direction, t_min: 0.0, t_max: f32::INFINITY },
-        };
-        Some(ShadowRay { ray, light })
-    }
-
-    /// The light that a sample brings to the pixel if nothing is in its way.
-    fn sampled(&self, point: &Point, bundle: &Bundle, sample: &Sample) -> Vec3 {
-        let path = &point.path;
-        let surface = &point.surface;
-        let response = point.bsdf.evaluate(surface, sample.direction);
-        let mut answer = response.diffuse;
-        if response.density > 0.0 {
-            let above = surface.normal.dot(sample.direction) > 0.0;
-            let ray = point.ray_density(above, response.density);
-            let kept =
-                if bundle.seen { 1.0 - share(ray, self.weighed(sample.density)) } else { 1.0 };
-            answer += response.gloss * kept;
-        }
-        let passed = self.absorbed(path.medium, sample.distance);
-        path.throughput * passed * answer * (sample.power * bundle.scale)
-    }
-
-    /// How much light sampling of this density counts against one ray: it takes several samples.
-    pub(super) fn weighed(&self, density: f32) -> f32 {
-        if density > 0.0 && density < f32::INFINITY {
-            self.settings.shadow_count(1.0 / density) * density
-        } else {
-            density
         }
     }
 }

@@ -31,6 +31,7 @@ mod path;
 mod point;
 mod settings;
 mod shader;
+mod shadows;
 mod sum;
 #[cfg(test)]
 mod tests;
@@ -39,11 +40,12 @@ mod trace;
 #[cfg(feature = "specular")]
 pub use children::Child;
 pub use counts::Counts;
-pub use direct::{Bundle, Direct, ShadowRay};
+pub use direct::{Bundle, Direct};
 pub use packed::{PackedHit, PathRay, Shadow, Task};
 pub use path::Path;
 pub use point::{Point, SPLITS};
 pub use settings::Settings;
 pub use shader::{Shader, Tables};
+pub use shadows::{ShadowRay, ShadowRays};
 pub use sum::{Sum, Unit};
 pub use trace::{BATCH, Visibility};

@@ -1,4 +1,5 @@
 use crate::path::PathKey;
+use crate::real::Real;
 use crate::scene::Light;
 use glam::Vec3;
 
@@ -38,15 +39,13 @@ impl Path {
 /// The part of a light's radiance that counts for a ray that found it by itself: the balance heuristic (Veach & Guibas 1995)
 /// between one such ray of density `ray` and light sampling of density `light`. Both sides add up to 1.
 #[must_use]
-pub(super) fn share(ray: f32, light: f32) -> f32 {
-    if light <= 0.0 || ray == f32::INFINITY {
-        1.0
-    } else if ray <= 0.0 || light == f32::INFINITY {
-        0.0
-    } else {
-        // A quotient of both, so that neither their sum nor their product overflows.
-        1.0 / (1.0 + light / ray)
-    }
+#[inline(always)]
+pub(super) fn share<R: Real>(ray: R, light: R) -> R {
+    let (none, one, infinity) = (ray.same(0.0), ray.same(1.0), ray.same(f32::INFINITY));
+    // A quotient of both, so that neither their sum nor their product overflows.
+    let share = one / (light / ray + 1.0);
+    let share = R::select(ray.is_positive() & infinity.above(light), share, none);
+    R::select(light.is_positive() & infinity.above(ray), share, one)
 }
 
 /// Whether a ray that finds this light by itself may see it: then the two share, else light sampling does all.

@@ -1,5 +1,6 @@
 use super::Path;
 use crate::material::{Bsdf, Surface};
+use crate::real::Real;
 
 /// An intersection point: where a path met a surface that answers light. It waits for shadow rays and children.
 ///
@@ -64,16 +65,17 @@ impl Point {
     }
 
     /// The density, over all its chances, with which this point itself sends a ray in a direction of this lobe density.
-    pub(super) fn ray_density(&self, above: bool, lobe: f32) -> f32 {
+    #[inline(always)]
+    pub(super) fn ray_density<R: Real>(&self, above: R::Mask, lobe: R) -> R {
         #[cfg(feature = "specular")]
         {
             let [front, back] = self.chance;
-            lobe * if above { front } else { back }
+            lobe * R::select(above, lobe.same(front), lobe.same(back))
         }
         #[cfg(not(feature = "specular"))]
         {
-            let _ = (above, lobe);
-            0.0
+            let _ = above;
+            lobe.same(0.0)
         }
     }
 }

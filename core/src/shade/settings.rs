@@ -1,3 +1,5 @@
+use crate::real::Real;
+
 /// What a person chooses about the light.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Settings {
@@ -32,9 +34,10 @@ impl Settings {
     ///
     /// [`Direct`](super::Direct) rounds to a power of two: aligned runs of a [`Sequence`](crate::random::Sequence) are even.
     #[must_use]
-    pub fn shadow_count(&self, solid_angle: f32) -> f32 {
-        let size = (4.0 * libm::sqrtf(solid_angle.max(0.0))).min(4.0);
-        (self.reference() * size).clamp(1.0, Self::BUNDLE_MAX as f32)
+    #[inline(always)]
+    pub fn shadow_count<R: Real>(&self, solid_angle: R) -> R {
+        let size = (solid_angle.at_least(0.0).sqrt() * 4.0).at_most(4.0);
+        (size * self.reference()).at_least(1.0).at_most(Self::BUNDLE_MAX as f32)
     }
 
     /// Shadow rays at the reference distance.

@@ -1,10 +1,10 @@
-use super::path::{is_seen, share};
+use super::path::is_seen;
 use super::{Path, Point, SPLITS, Settings, Sum, Unit};
 use crate::block::KiloView;
-use crate::elementary::exp2;
 use crate::geometry::{Hit, Ray};
 use crate::light::Aim;
 use crate::material::{Bsdf, Surface};
+use crate::real::{Part, Real, Vector};
 use crate::scene::{Light, LightKind, Material, MaterialKind, Needs};
 use core::f32::consts::LOG2_E;
 use glam::Vec3;
@@ -84,7 +84,7 @@ impl<'a> Shader<'a> {
         // A path that meets a dielectric from inside has come through it, whether it knows or not.
         let inside = kind == Some(MaterialKind::Dielectric) && !surface.front;
         let medium = if inside && path.medium == Path::AIR { hit.material } else { path.medium };
-        let passed = self.absorbed(medium, surface.distance);
+        let passed = Vec3::from(self.absorbed(medium, surface.distance));
         let path = Path { throughput: path.throughput * passed, medium, ..*path };
         let sum = if material.emission == [0.0; 3] || !surface.front {
             Sum::ZERO
@@ -109,7 +109,7 @@ impl<'a> Shader<'a> {
             return emission;
         }
         let sampled = Aim::density(light, ray.origin, -surface.outgoing, surface.distance);
-        emission * share(path.density, self.weighed(sampled))
+        emission * self.share(path.density, sampled)
     }
 
     /// Light from infinitely far.
@@ -120,11 +120,11 @@ impl<'a> Shader<'a> {
         }
         let len = libm::sqrtf(ray.direction.dot(ray.direction));
         let direction = ray.direction / len;
-        let passed = self.absorbed(path.medium, f32::INFINITY);
+        let passed = Vec3::from(self.absorbed(path.medium, f32::INFINITY));
         for light in self.tables.lights {
             if light.kind == LightKind::Distant as u32 && Aim::is_towards(light, direction) {
                 let sampled = Aim::density(light, ray.origin, direction, f32::INFINITY);
-                let part = share(path.density, self.weighed(sampled));
+                let part = self.share(path.density, sampled);
                 let light = path.throughput * passed * Vec3::from(light.radiance) * part;
                 sum.add(self.unit.quantise(light));
             }
@@ -161,16 +161,34 @@ impl<'a> Shader<'a> {
     }
 
     /// What is left of light after a way through a medium (Beer and Lambert).
-    pub(super) fn absorbed(&self, medium: u16, distance: f32) -> Vec3 {
-        if medium == Path::AIR {
-            return Vec3::ONE;
+    #[inline(always)]
+    pub(super) fn absorbed<R: Real>(&self, medium: u16, distance: R) -> Vector<R> {
+        match self.tables.materials.get(usize::from(medium)) {
+            Some(material) if medium != Path::AIR => R::apart(Absorption { material, distance }),
+            _ => Vector::same(distance, Vec3::ONE),
         }
-        let Some(material) = self.tables.materials.get(usize::from(medium)) else {
-            return Vec3::ONE;
-        };
-        // No absorption is none at any distance, an infinite one too.
-        Vec3::from(
-            material.absorption.map(|a| if a > 0.0 { exp2(-LOG2_E * a * distance) } else { 1.0 }),
-        )
     }
+}
+
+/// What a way through a medium takes.
+struct Absorption<'a, R> {
+    material: &'a Material,
+    distance: R,
+}
+
+impl<R: Real> Part for Absorption<'_, R> {
+    type Result = Vector<R>;
+
+    #[inline(always)]
+    fn run(self) -> Vector<R> {
+        let ([x, y, z], distance) = (self.material.absorption, self.distance);
+        Vector { x: left(x, distance), y: left(y, distance), z: left(z, distance) }
+    }
+}
+
+/// What is left of light after a distance in what absorbs so much of it.
+#[inline(always)]
+fn left<R: Real>(absorption: f32, distance: R) -> R {
+    // No absorption is none at any distance, an infinite one too.
+    if absorption > 0.0 { (distance * (-LOG2_E * absorption)).two_to() } else { distance.same(1.0) }
 }

@@ -5,7 +5,7 @@ use super::bundle::BundleVisited;
 use super::code::{INDEX, is_leaf, is_node, is_ref, records};
 use super::cursor::{Cursor, Place, TraceError};
 use super::group::{Crossings, GROUP, Quad, Row, Verdict};
-use super::lanes::{Lanes, Part};
+use super::lanes::Lanes;
 use super::leaf::{crossed, spheres, triangle, triangles};
 use super::query::Query;
 use super::stack::Entry;
@@ -18,6 +18,7 @@ use super::walk::Single;
 use crate::block::format::{BlockHeader, Child, Node, RECORD_SPHERES, Record};
 use crate::block::{BlockSource, BlockView, ExpandedTop};
 use crate::geometry::{PreparedRay, Ray};
+use crate::real::Part;
 
 /// What becomes of rays whose way leads into a block that the source lacks.
 pub(super) trait Stops<E> {

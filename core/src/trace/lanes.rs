@@ -5,14 +5,12 @@ use super::turn::Turn;
 use crate::block::format::{BlockHeader, Node, Record};
 use crate::block::{ExpandedNode, Vertices};
 use crate::geometry::{PreparedRay, Ray};
+use crate::real::{Part, Real};
 
-/// A part of a search. (A closure would be compiled without the instructions of the lanes.)
-pub trait Part {
-    /// What comes of it.
-    type Result;
-
+/// What any lanes can compute.
+pub trait Kernel {
     /// Does it. Is inlined, so that all of it is compiled for the instructions of its caller.
-    fn run(self) -> Self::Result;
+    fn run<L: Lanes>(self, lanes: L);
 }
 
 /// How boxes and triangles are tested: one by one, or as many at once as a vector unit takes.
@@ -24,6 +22,11 @@ pub trait Lanes: Copy {
     type Frame: Copy;
     /// What is prepared of a ray once.
     type Ray: Copy;
+    /// What samples of light are computed with.
+    type Real: Real;
+
+    /// `first` in the first lane, and one more in each.
+    fn count_from(self, first: u32) -> <Self::Real as Real>::Bits;
 
     /// What these lanes want of a ray.
     fn ray(self, ray: &PreparedRay) -> Self::Ray;

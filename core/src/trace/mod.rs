@@ -48,7 +48,7 @@ pub(crate) use clip::{Frame as ClipFrame, primitives};
 pub use cursor::{Cursor, TraceError, Visited};
 pub use frame::{BoxFrame, BoxRay};
 pub use group::{Crossings, Filled, GROUP, Group, Kind, Octet, Quad, Row, Verdict};
-pub use lanes::{Lanes, Part};
+pub use lanes::{Kernel, Lanes};
 pub use query::{Query, Whole};
 pub use scalar::Scalar;
 pub use stack::{Met, Places};

@@ -13,6 +13,12 @@ pub struct Scalar;
 impl Lanes for Scalar {
     type Frame = BoxFrame;
     type Ray = BoxRay;
+    type Real = f32;
+
+    #[inline(always)]
+    fn count_from(self, first: u32) -> u32 {
+        first
+    }
 
     #[inline(always)]
     fn ray(self, ray: &PreparedRay) -> BoxRay {

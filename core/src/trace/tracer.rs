@@ -1,7 +1,7 @@
 use super::batch::{Batch, Many};
 use super::bundle::{BUNDLE, Bundle, Together};
 use super::cursor::{Cursor, TraceError};
-use super::lanes::Lanes;
+use super::lanes::{Kernel, Lanes};
 use super::query::{Every, Query};
 use super::scalar::Scalar;
 use super::trail::Trail;
@@ -49,6 +49,9 @@ pub trait Tracer: Copy {
         rays: &T::Rays,
         queries: &mut T::Queries<Q>,
     ) -> Result<(), TraceError<S::Error>>;
+
+    /// Computes something else with the lanes of the machine.
+    fn compute<K: Kernel>(self, kernel: K);
 
     /// The closest hit of a ray.
     ///
@@ -263,6 +266,11 @@ impl Tracer for Scalar {
         queries: &mut T::Queries<Q>,
     ) -> Result<(), TraceError<S::Error>> {
         T::run(self, room, source, rays, queries)
+    }
+
+    #[inline]
+    fn compute<K: Kernel>(self, kernel: K) {
+        kernel.run(self);
     }
 }
 

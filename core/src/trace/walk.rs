@@ -3,7 +3,7 @@
 use super::code::{INDEX, is_leaf, is_node, is_ref};
 use super::cursor::{Cursor, Place, TraceError, Visited};
 use super::group::Crossings;
-use super::lanes::{Lanes, Part};
+use super::lanes::Lanes;
 use super::leaf::leaf;
 use super::query::Query;
 use super::restart::restart;
@@ -14,6 +14,7 @@ use super::turn::Turn;
 use crate::block::format::{BlockHeader, Child};
 use crate::block::{BlockSource, BlockView};
 use crate::geometry::{PreparedRay, Ray};
+use crate::real::Part;
 
 /// A search of a single ray: from the root, or from the cursor's trail.
 pub(super) struct Single<const CONTINUED: bool>;

@@ -8,7 +8,8 @@
 use core::arch::x86_64::*;
 use core::fmt::Debug;
 
-use kiloray_core::trace::{Met, Part, Places, Turn};
+use kiloray_core::real::Part;
+use kiloray_core::trace::{Met, Places, Turn};
 
 use super::boxes::Hits;
 

@@ -101,12 +101,13 @@ fn nothing_is_in_the_way_of_a_light_that_a_clearing_shows() {
             shown += 1;
             let sequence = Sequence::from_seed(point);
             for i in 0..64 {
-                let Some(sample) = aim.sample(sequence.point(i)) else { continue };
-                let Some(end) = sample.end else { continue };
-                if sample.direction.dot(surface.normal) <= 0.0 {
+                let sample = aim.sample(sequence.point(i));
+                let Some(end) = sample.end.map(Vec3::from) else { continue };
+                let direction = Vec3::from(sample.direction);
+                if !sample.is_lit || direction.dot(surface.normal) <= 0.0 {
                     continue;
                 }
-                let origin = surface.origin(sample.direction);
+                let origin = surface.origin(direction);
                 let ray = Ray { origin, direction: end - origin, t_min: 0.0, t_max: 1.0 };
                 let hidden = Scalar.any(&mut cursor, &mut source, &ray).unwrap();
                 assert!(!hidden, "seed {seed}, point {point}: {ray:?} {light:?} {clearings:?}");

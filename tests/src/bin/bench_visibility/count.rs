@@ -8,7 +8,8 @@ use kiloray_core::block::{
 };
 use kiloray_core::geometry::{PreparedRay, Ray};
 use kiloray_core::trace::{
-    Crossings, Cursor, Lanes, Met, Places, Query, Scalar, Search, TraceError, Tracer, Turn, Verdict,
+    Crossings, Cursor, Kernel, Lanes, Met, Places, Query, Scalar, Search, TraceError, Tracer, Turn,
+    Verdict,
 };
 
 use crate::Error;
@@ -32,6 +33,11 @@ fn add(to: &Cell<u64>) {
 impl Lanes for Counting<'_> {
     type Frame = <Scalar as Lanes>::Frame;
     type Ray = <Scalar as Lanes>::Ray;
+    type Real = f32;
+
+    fn count_from(self, first: u32) -> u32 {
+        Scalar.count_from(first)
+    }
 
     fn ray(self, ray: &PreparedRay) -> Self::Ray {
         Scalar.ray(ray)
@@ -90,6 +96,10 @@ impl Tracer for Counting<'_> {
         queries: &mut T::Queries<Q>,
     ) -> Result<(), TraceError<S::Error>> {
         T::run(self, room, source, rays, queries)
+    }
+
+    fn compute<K: Kernel>(self, kernel: K) {
+        kernel.run(self);
     }
 }
 

@@ -1,7 +1,8 @@
 //! The tests of `kiloray-core`'s traversal, with all lanes that this machine has.
 
 // The shared files name their modules as they do in `kiloray-core`.
-#[path = "../../core/src/trace/tests/mod.rs"]
+mod shadows;
+#[path = "../../../core/src/trace/tests/mod.rs"]
 mod shared;
 
 use kiloray_core::trace::Scalar;

@@ -1,0 +1,186 @@
+//! Shadow rays in lanes are those that are made one by one, to the bit: of all kinds of lights, materials and media.
+
+use bytemuck::Zeroable;
+use glam::Vec3;
+use kiloray_core::geometry::{Hit, Primitive, Ray};
+use kiloray_core::path::PathKey;
+use kiloray_core::scene::{Light, LightKind, Material, MaterialKind, Needs};
+use kiloray_core::shade::{Bundle, Counts, Path, Point, Settings, Shader, ShadowRays, Tables};
+use proptest::prelude::*;
+
+use crate::Auto;
+
+/// What is lit, and by what.
+#[derive(Debug, Clone)]
+struct Case {
+    settings: Settings,
+    material: Material,
+    normals: Option<[u32; 3]>,
+    lights: Vec<Light>,
+    medium: bool,
+    scale: f32,
+    sample: u32,
+}
+
+fn vector(size: f32) -> impl Strategy<Value = [f32; 3]> {
+    prop::array::uniform3(-size..size)
+}
+
+fn parts() -> impl Strategy<Value = [f32; 3]> {
+    prop_oneof![Just([0.0; 3]), prop::array::uniform3(0f32..1.0)]
+}
+
+fn lights(scale: f32) -> impl Strategy<Value = Light> {
+    let kinds = [
+        LightKind::Parallelogram,
+        LightKind::Triangle,
+        LightKind::Disc,
+        LightKind::Sphere,
+        LightKind::Point,
+        LightKind::Spot,
+        LightKind::Distant,
+    ];
+    let turned = prop_oneof![Just(-1f32), -1f32..1.0];
+    (
+        prop::sample::select(kinds.to_vec()),
+        (vector(2.0), vector(1.5), vector(1.5), vector(1.0)),
+        prop::array::uniform3(0.01f32..10.0),
+        turned,
+        any::<bool>(),
+    )
+        .prop_map(move |(kind, (position, u, v, cone), radiance, cone_cos, square)| {
+            let [position, u, v, cone] = [position, u, v, cone].map(Vec3::from);
+            // Edges at right angles are sampled otherwise than others.
+            let v = if square || kind == LightKind::Disc { u.cross(v) } else { v };
+            let unit = |v: Vec3| v.try_normalize().unwrap_or(Vec3::Z);
+            let (u, v) = match kind {
+                LightKind::Sphere => (Vec3::X * u.length(), Vec3::ZERO),
+                LightKind::Spot => (unit(u), Vec3::X * cone_cos),
+                // Its cosine, or what is left of it to 1.
+                LightKind::Distant if square => (unit(u), Vec3::X * cone_cos),
+                LightKind::Distant => (unit(u), Vec3::Y * 1e-5),
+                LightKind::Disc => (u, unit(v) * u.length()),
+                _ => (u, v),
+            };
+            let size = match kind {
+                LightKind::Spot | LightKind::Distant => 1.0,
+                _ => scale,
+            };
+            Light {
+                kind: kind as u32,
+                material: if square { 1 } else { u32::MAX },
+                reach: f32::INFINITY,
+                position: (position * scale).into(),
+                u: (u * size).into(),
+                v: (v * size).into(),
+                radiance,
+                cone_cos,
+                cone: unit(cone).into(),
+            }
+        })
+}
+
+fn cases() -> impl Strategy<Value = Case> {
+    let scale = prop::sample::select(vec![1.0f32, 1e-6, 1e6]);
+    scale.prop_flat_map(|scale| {
+        let material = (parts(), parts(), parts(), 0f32..0.5, 0f32..1.0).prop_map(
+            |(diffuse, specular, transmit, roughness, transmit_specular)| Material {
+                kind: MaterialKind::Opaque as u32,
+                roughness,
+                diffuse,
+                specular,
+                transmit,
+                transmit_specular,
+                ..Material::zeroed()
+            },
+        );
+        let settings =
+            (0_u32..=64, 1_u32..64, any::<u64>()).prop_map(|(shadow_samples, samples, seed)| {
+                Settings { samples, shadow_samples, bounces: 8, seed }
+            });
+        (
+            (settings, material, any::<Option<[u32; 3]>>()),
+            (prop::collection::vec(lights(scale), 1..4), any::<bool>(), 0_u32..64),
+        )
+            .prop_map(move |((settings, material, normals), (lights, medium, sample))| {
+                Case { settings, material, normals, lights, medium, scale, sample }
+            })
+    })
+}
+
+impl Case {
+    /// The point of a floor, and all bundles of its light sampling.
+    fn bundles(&self, shader: &Shader<'_>) -> Option<(Point, Vec<Bundle>)> {
+        let corners = [Vec3::ZERO, Vec3::X, Vec3::Y].map(|v| v * self.scale);
+        let primitive = Primitive::Triangle { vertices: corners, normals: self.normals };
+        let hit = Hit { t: self.scale, b1: 0.3, b2: 0.4, material: 0, primitive, block: 0 };
+        let origin = Vec3::new(0.3, 0.4, 1.0) * self.scale;
+        let ray = Ray { origin, direction: Vec3::NEG_Z, t_min: 0.0, t_max: f32::INFINITY };
+        let key = PathKey::camera(self.settings.seed, 5, self.sample);
+        let medium = if self.medium { 1 } else { Path::AIR };
+        let path = Path { medium, ..Path::camera(key) };
+        let (_, point) = shader.arrive(&path, &ray, Some(&hit));
+        let point = point?;
+        let mut direct = shader.direct(&point);
+        let mut counts = Counts::default();
+        let next = || shader.next_bundle(&point, &mut direct, &mut counts);
+        Some((point, std::iter::from_fn(next).collect()))
+    }
+}
+
+/// How many rays there were.
+fn agree(case: &Case, tracer: Auto) -> Result<usize, TestCaseError> {
+    let medium = Material {
+        kind: MaterialKind::Dielectric as u32,
+        ior: 1.5,
+        absorption: [0.0, 0.3 / case.scale, 5.0 / case.scale],
+        emission: [1.0; 3],
+        ..Material::zeroed()
+    };
+    let materials = [case.material, medium];
+    let needs =
+        Needs { bits: Needs::SPECULAR | Needs::GLOSSY | Needs::DISTANT, radiance_max: 10.0 };
+    let tables = Tables { materials: &materials, lights: &case.lights, needs };
+    let shader = Shader::new(tables, case.settings);
+    let mut rays = 0;
+    let Some((point, bundles)) = case.bundles(&shader) else { return Ok(0) };
+    for mut bundle in bundles {
+        let mut single = bundle;
+        let mut together = ShadowRays::default();
+        let mut j = 0;
+        while j < bundle.len {
+            // As many as there would be room for.
+            let room = 8 - (j as usize % 5).min(7);
+            let count = shader.shadow_rays(tracer, &point, &mut bundle, j, &mut together[..room]);
+            for (i, ray) in (j..).zip(&together[..count as usize]) {
+                let exact = shader.shadow_ray(&point, &mut single, i);
+                prop_assert_eq!(
+                    format!("{:?}", ray),
+                    format!("{:?}", exact),
+                    "{}: {}",
+                    tracer.name(),
+                    i
+                );
+                rays += usize::from(exact.is_some());
+            }
+            j += count;
+        }
+        prop_assert_eq!(bundle, single);
+    }
+    Ok(rays)
+}
+
+#[test]
+fn rays_made_in_lanes_are_those_made_one_by_one() {
+    let mut runner = proptest::test_runner::TestRunner::new(ProptestConfig::with_cases(1500));
+    let rays = std::cell::Cell::new(0);
+    runner
+        .run(&cases(), |case| {
+            for tracer in Auto::all() {
+                rays.set(rays.get() + agree(&case, tracer)?);
+            }
+            Ok(())
+        })
+        .unwrap();
+    assert!(rays.get() > 20_000, "{}", rays.get());
+}
