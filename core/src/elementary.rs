@@ -3,7 +3,7 @@
 //! `libm` has them for any argument, to the last bit, and takes 6 KiB of a board's flash and arithmetic in f64 for it. Here arguments are as
 //! short as sampling makes them, and an ulp or two is nothing beside what is sampled.
 
-use crate::real::{Bits, Real};
+use crate::real::{Bits, Part, Real};
 use core::f32::consts::{FRAC_1_SQRT_2, FRAC_PI_2, LN_2, PI};
 
 /// The value of a polynomial, the coefficient of the lowest power first.
@@ -16,21 +16,33 @@ fn polynomial<R: Real>(x: R, coefficients: &[f32]) -> R {
     sum
 }
 
-/// [`Real::sin_cos_of_turns`].
+/// Sine and cosine of an angle in turns, of which there are fewer than 2²⁰. Error: 2⁻²³.
 #[inline(always)]
 pub(crate) fn sin_cos_of_turns<R: Real>(turns: R) -> (R, R) {
-    // Both steps are exact: a multiple of a power of two, and what is left of it.
-    let quarters = turns * 4.0;
-    let nearest = quarters.nearest();
-    let r = quarters - nearest.real();
-    let r2 = r * r;
-    let sin = r * polynomial(r2, &[1.570_796_4, -0.645_963_5, 0.079_680_03, -0.004_601_658]);
-    let cos = polynomial(r2, &[1.0, -1.233_700_5, 0.253_669_26, -0.020_860_309, 0.000_904_060_55]);
-    // Without branches: in which quarter a sample lies nobody can foretell.
-    let is_even = (nearest & 1).is_zero();
-    let (sin, cos) = (R::select(is_even, sin, cos), R::select(is_even, cos, sin));
-    let sin = R::of_bits(sin.bits() ^ (nearest & 2) << 30);
-    (sin, R::of_bits(cos.bits() ^ (nearest.plus(1) & 2) << 30))
+    R::apart(SinCos(turns))
+}
+
+struct SinCos<R>(R);
+
+impl<R: Real> Part for SinCos<R> {
+    type Result = (R, R);
+
+    #[inline(always)]
+    fn run(self) -> (R, R) {
+        // Both steps are exact: a multiple of a power of two, and what is left of it.
+        let quarters = self.0 * 4.0;
+        let nearest = quarters.nearest();
+        let r = quarters - nearest.real();
+        let r2 = r * r;
+        let sin = r * polynomial(r2, &[1.570_796_4, -0.645_963_5, 0.079_680_03, -0.004_601_658]);
+        let cos =
+            polynomial(r2, &[1.0, -1.233_700_5, 0.253_669_26, -0.020_860_309, 0.000_904_060_55]);
+        // Without branches: in which quarter a sample lies nobody can foretell.
+        let is_even = (nearest & 1).is_zero();
+        let (sin, cos) = (R::select(is_even, sin, cos), R::select(is_even, cos, sin));
+        let sin = R::of_bits(sin.bits() ^ (nearest & 2) << 30);
+        (sin, R::of_bits(cos.bits() ^ (nearest.plus(1) & 2) << 30))
+    }
 }
 
 /// The angle \[radians\] of a vector to the x axis, in (-π, π]. Error: 2⁻²² of it.
@@ -59,15 +71,26 @@ pub(crate) fn asin(sin: f32) -> f32 {
     angle(sin, libm::sqrtf((1.0 - sin) * (1.0 + sin)))
 }
 
-/// [`Real::two_to`].
+/// Two to a power of at most 127; 0 where no normal number is near. Error: 2⁻²³ of it.
 #[inline(always)]
 pub(crate) fn exp2<R: Real>(x: R) -> R {
-    const EXP2: [f32; 7] =
-        [1.0, LN_2, 0.240_226_5, 0.055_503_28, 0.009_618_004, 0.001_340_023_5, 0.000_154_762_8];
-    let x = x.at_least(-127.0);
-    let nearest = x.nearest();
-    // Its bits are an exponent alone: 0 for the power of -127.
-    polynomial(x - nearest.real(), &EXP2) * R::of_bits(nearest.plus(127) << 23)
+    R::apart(Exp2(x))
+}
+
+struct Exp2<R>(R);
+
+impl<R: Real> Part for Exp2<R> {
+    type Result = R;
+
+    #[inline(always)]
+    fn run(self) -> R {
+        const EXP2: [f32; 7] =
+            [1.0, LN_2, 0.240_226_5, 0.055_503_28, 0.009_618_004, 0.001_340_023_5, 0.000_154_762_8];
+        let x = self.0.at_least(-127.0);
+        let nearest = x.nearest();
+        // Its bits are an exponent alone: 0 for the power of -127.
+        polynomial(x - nearest.real(), &EXP2) * R::of_bits(nearest.plus(127) << 23)
+    }
 }
 
 /// The binary logarithm of what is above zero; of 0, and of less than the least normal number, negative infinity. Error: 2⁻²² of it.

@@ -7,7 +7,6 @@
 //! Values come from values: whoever has one has proven that the machine has the instructions for it. Constants are therefore made by
 //! [`Real::same`], or are the `f32` of an operation.
 
-use crate::elementary;
 use core::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Neg, Not, Shl, Shr, Sub};
 use glam::Vec3;
 
@@ -76,19 +75,6 @@ pub trait Real:
     fn whole(self) -> Self::Bits;
     /// Puts down all lanes.
     fn store(self, to: &mut [f32; LANES]);
-
-    /// Sine and cosine of an angle in turns, of which there are fewer than 2²⁰. Error: 2⁻²³.
-    #[inline(always)]
-    fn sin_cos_of_turns(self) -> (Self, Self) {
-        elementary::sin_cos_of_turns(self)
-    }
-
-    /// Two to a power of at most 127; 0 where no normal number is near. Error: 2⁻²³ of it.
-    #[inline(always)]
-    #[must_use]
-    fn two_to(self) -> Self {
-        elementary::exp2(self)
-    }
 
     /// Does a part that several places ask for: where there is one lane, as on boards, whose flash is small, by a function of its own.
     #[inline(always)]
@@ -240,14 +226,6 @@ impl Real for f32 {
 
     fn apart<P: Part>(part: P) -> P::Result {
         part.run()
-    }
-
-    fn sin_cos_of_turns(self) -> (Self, Self) {
-        elementary::sin_cos_of_turns(self)
-    }
-
-    fn two_to(self) -> Self {
-        elementary::exp2(self)
     }
 }
 

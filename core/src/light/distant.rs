@@ -1,4 +1,5 @@
 use super::aim::Dark;
+use crate::elementary::sin_cos_of_turns;
 use crate::material::{Surface, tangents};
 use crate::real::{Real, Vector};
 use core::f32::consts::PI;
@@ -97,7 +98,7 @@ fn around<R: Real>(axis: Vec3, versine: R, b: R) -> Vector<R> {
 /// The part of it at right angles to the axis.
 #[inline(always)]
 fn aside<R: Real>(axis: Vec3, versine: R, b: R) -> Vector<R> {
-    let (sin, cos) = b.sin_cos_of_turns();
+    let (sin, cos) = sin_cos_of_turns(b);
     let (s, t) = tangents(axis);
     let sine = (versine * (-versine + 2.0)).at_least(0.0).sqrt();
     (Vector::along(s, cos) + Vector::along(t, sin)) * sine

@@ -3,6 +3,7 @@ use super::ellipse::Ellipse;
 use super::projected;
 use super::rectangle::Rectangle;
 use super::triangle::SphericalTriangle;
+use crate::elementary::sin_cos_of_turns;
 use crate::real::{Part, Real, Vector};
 use crate::scene::{Light, LightKind};
 use core::f32::consts::PI;
@@ -232,7 +233,7 @@ impl<R: Real> Part for Concentric<R> {
         let is_flat = x.abs().above(y.abs());
         let (radius, aside) = (R::select(is_flat, x, y), R::select(is_flat, y, x));
         // In the middle both are 0, and any angle will do.
-        let (sin, cos) = ((aside / radius).at_least(-1.0) * 0.125).sin_cos_of_turns();
+        let (sin, cos) = sin_cos_of_turns((aside / radius).at_least(-1.0) * 0.125);
         let (along, aside) = (radius * cos, radius * sin);
         (R::select(is_flat, along, aside), R::select(is_flat, aside, along))
     }

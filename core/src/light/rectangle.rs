@@ -1,4 +1,4 @@
-use crate::elementary::asin;
+use crate::elementary::{asin, sin_cos_of_turns};
 use crate::real::{Real, Vector};
 use core::f32::consts::{PI, TAU};
 use glam::Vec3;
@@ -60,7 +60,7 @@ impl Rectangle {
     /// The vector from the point to the sample.
     #[inline(always)]
     pub(super) fn sample<R: Real>(&self, [u, v]: [R; 2]) -> Vector<R> {
-        let (sin, cos) = ((u * self.solid_angle + self.k) / TAU).sin_cos_of_turns();
+        let (sin, cos) = sin_cos_of_turns((u * self.solid_angle + self.k) / TAU);
         let f = (cos * self.b0 - self.b1) / sin;
         let c = (u.same(1.0) / (f * f + self.b0 * self.b0).sqrt()).at_most(1.0).copysign(f);
         let xu = -(c * self.z0) / (c * c).complement().at_least(f32::MIN_POSITIVE).sqrt();

@@ -1,5 +1,6 @@
 use super::aim::Dark;
 use super::projected;
+use crate::elementary::sin_cos_of_turns;
 use crate::material::tangents;
 use crate::real::{Real, Vector};
 use core::f32::consts::PI;
@@ -52,7 +53,7 @@ impl Ball {
         let versine = a * self.versine;
         // sin² = 1 - cos², without the difference of near ones.
         let sin2 = versine * (-versine + 2.0);
-        let (sin_phi, cos_phi) = b.sin_cos_of_turns();
+        let (sin_phi, cos_phi) = sin_cos_of_turns(b);
         let (s, t) = tangents(self.axis);
         let aside = (Vector::along(s, cos_phi) + Vector::along(t, sin_phi)) * sin2.sqrt();
         let direction = Vector::along(self.axis, versine.complement()) + aside;

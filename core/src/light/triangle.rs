@@ -1,4 +1,4 @@
-use crate::elementary::angle;
+use crate::elementary::{angle, sin_cos_of_turns};
 use crate::real::{Real, Vector};
 use core::f32::consts::TAU;
 use glam::Vec3;
@@ -40,7 +40,7 @@ impl SphericalTriangle {
     #[inline(always)]
     pub(super) fn sample<R: Real>(&self, [x, y]: [R; 2]) -> Vector<R> {
         // Of `φ - α`, without α itself.
-        let (sin, cos) = (x * self.solid_angle / TAU).sin_cos_of_turns();
+        let (sin, cos) = sin_cos_of_turns(x * self.solid_angle / TAU);
         let s = sin * self.cos_alpha - cos * self.sin_alpha;
         let t = cos * self.cos_alpha + sin * self.sin_alpha;
         let u = t - self.cos_alpha;

@@ -1,5 +1,4 @@
-use crate::elementary::log2;
-use crate::real::Real;
+use crate::elementary::{exp2, log2};
 use glam::Vec3;
 
 /// How much light a shadow ray has lost to the panes it crossed: a sum of integers, so the order of the crossings cannot matter.
@@ -63,7 +62,7 @@ impl OpticalDepth {
         if self == Self::CLEAR {
             return Vec3::ONE;
         }
-        Vec3::from(self.0.map(|steps| (-(steps as f32 / STEPS)).two_to()))
+        Vec3::from(self.0.map(|steps| exp2(-(steps as f32 / STEPS))))
     }
 }
 

@@ -1,7 +1,6 @@
 //! Smooth interfaces: what part is reflected.
 
-use crate::elementary::log2;
-use crate::real::Real;
+use crate::elementary::{exp2, log2};
 use glam::Vec3;
 
 /// What an interface does with light from one side.
@@ -54,7 +53,7 @@ pub fn pane(cos: f32, index: f32, transmissivity: Vec3) -> (Vec3, Vec3) {
         } else if clear <= 0.0 || cos_t <= 0.0 {
             0.0
         } else {
-            (log2(clear) / cos_t).two_to()
+            exp2(log2(clear) / cos_t)
         };
         let (reflected_s, transmitted_s) = series(s, pass);
         let (reflected_p, transmitted_p) = series(p, pass);

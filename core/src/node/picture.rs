@@ -389,6 +389,7 @@ impl<T: Tracer, C: Scratch> World for Picture<'_, T, C> {
                     let j = lights.next;
                     lights.next = j.saturating_add(1);
                     let (mut first, mut end) = lights.between;
+                    // Where there is room for one there is nothing to remember, which a board does not.
                     if first == end || lights.ahead.len() == 1 {
                         let (tracer, rays) = (self.tracer, &mut lights.ahead);
                         let made = self.shader.shadow_rays(tracer, point, bundle, j, rays);

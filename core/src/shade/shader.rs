@@ -1,6 +1,7 @@
 use super::path::is_seen;
 use super::{Path, Point, SPLITS, Settings, Sum, Unit};
 use crate::block::KiloView;
+use crate::elementary::exp2;
 use crate::geometry::{Hit, Ray};
 use crate::light::Aim;
 use crate::material::{Bsdf, Surface};
@@ -190,5 +191,5 @@ impl<R: Real> Part for Absorption<'_, R> {
 #[inline(always)]
 fn left<R: Real>(absorption: f32, distance: R) -> R {
     // No absorption is none at any distance, an infinite one too.
-    if absorption > 0.0 { (distance * (-LOG2_E * absorption)).two_to() } else { distance.same(1.0) }
+    if absorption > 0.0 { exp2(distance * (-LOG2_E * absorption)) } else { distance.same(1.0) }
 }

@@ -50,15 +50,9 @@ impl Shader<'_> {
     #[must_use]
     pub fn shadow_ray(&self, point: &Point, bundle: &mut Bundle, j: u32) -> Option<ShadowRay> {
         let made = self.made(point, bundle, bundle.index(point, j));
-        bundle.take(j, made.is_lit, made.light.into()).map(|light| ShadowRay {
-            ray: Ray {
-                origin: made.origin.into(),
-                direction: made.direction.into(),
-                t_min: 0.0,
-                t_max: made.t_max,
-            },
-            light,
-        })
+        let light = bundle.take(j, made.is_lit, made.light.into())?;
+        let (origin, direction) = (made.origin.into(), made.direction.into());
+        Some(ShadowRay { ray: Ray { origin, direction, t_min: 0.0, t_max: made.t_max }, light })
     }
 
     /// The shadow rays of these indices, and their light as samples.
@@ -177,14 +171,12 @@ impl Kernel for Together<'_, '_> {
             for (lane, ray) in now.iter_mut().enumerate() {
                 let light = bundle.take(j, is_lit >> lane & 1 != 0, light.at(lane));
                 j = j.wrapping_add(1);
-                *ray = light.map(|light| ShadowRay {
-                    ray: Ray {
-                        origin: origin.at(lane),
-                        direction: direction.at(lane),
-                        t_min: 0.0,
-                        t_max: made.t_max,
-                    },
-                    light,
+                *ray = light.map(|light| {
+                    let (origin, direction) = (origin.at(lane), direction.at(lane));
+                    ShadowRay {
+                        ray: Ray { origin, direction, t_min: 0.0, t_max: made.t_max },
+                        light,
+                    }
                 });
             }
             rays = later;
