@@ -6,6 +6,7 @@ use super::mesh::{
     Placement, Points, Prefetch, Schedule, Shadow, TaskOrder, Top, group, nodes, packet, refusals,
     replicas, tile,
 };
+use super::size::parse_bytes;
 
 /// Nodes where neither their number nor sizes of the topology are given.
 const NODES: u32 = 64;
@@ -55,6 +56,9 @@ pub(crate) struct Division {
     /// sixteenth of the memory where they take part of it]
     #[arg(long, value_name = "SIZE|N", allow_hyphen_values = true, help_heading = "Data")]
     pub(crate) top: Option<Top>,
+    /// Read-only memory of a node, as in 1MiB: no node owns more blocks than it holds, and the default of --top gives way to that [default: as much as is needed]
+    #[arg(long, value_name = "SIZE", value_parser = parse_bytes, allow_hyphen_values = true, help_heading = "Data")]
+    pub(crate) rom: Option<u64>,
     /// Copies of each block in all; the picture survives K - 1 crashes
     #[arg(long, value_name = "K", default_value_t = 1, value_parser = replicas, allow_hyphen_values = true, help_heading = "Data")]
     pub(crate) block_replicas: u32,

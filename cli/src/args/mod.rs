@@ -181,7 +181,7 @@ pub(crate) struct Host {
 
 /// What a configuration says, and cannot be typed beside it.
 #[cfg(feature = "host")]
-const SAID_BY_CONFIG: [&str; 25] = [
+const SAID_BY_CONFIG: [&str; 26] = [
     "scenes",
     "width",
     "height",
@@ -204,6 +204,7 @@ const SAID_BY_CONFIG: [&str; 25] = [
     "refusals",
     "placement",
     "top",
+    "rom",
     "block_replicas",
     "packet",
     "enforce",
@@ -374,6 +375,9 @@ pub(crate) struct Compile {
     /// Copies of each block in all
     #[arg(long, value_name = "K", default_value_t = 1, value_parser = mesh::replicas, allow_hyphen_values = true, requires = "nodes")]
     pub(crate) block_replicas: u32,
+    /// Read-only memory of a node, as in 1MiB: refused where a node would own more blocks than it holds
+    #[arg(long, value_name = "SIZE", value_parser = size::parse_bytes, allow_hyphen_values = true, requires = "nodes")]
+    pub(crate) rom: Option<u64>,
     /// Write the figures as JSON ('-' for the standard output)
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub(crate) json: Option<PathBuf>,

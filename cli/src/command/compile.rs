@@ -4,7 +4,7 @@ use kiloray_core::scene::Needs;
 use kiloray_scene::{compile::Stats, kilo};
 use serde_json::{Value, json};
 
-use super::board;
+use super::{board, division};
 use crate::{
     args,
     console::{bytes, count, line},
@@ -51,7 +51,7 @@ pub(super) fn run(arguments: &args::Compile) -> Outcome {
 
     let scene = scene::load(&arguments.scene, arguments.block, block, arguments.quiet)?;
     scene.print_notes(arguments.quiet);
-    let shares = nodes.map(|nodes| Shares::new(&scene, arguments, nodes));
+    let shares = nodes.map(|nodes| Shares::new(&scene, arguments, nodes)).transpose()?;
     if !arguments.quiet && !to_standard {
         print(&scene)?;
         shares.iter().try_for_each(Shares::print)?;
@@ -91,7 +91,7 @@ struct Shares {
 }
 
 impl Shares {
-    fn new(scene: &Scene, arguments: &args::Compile, nodes: u32) -> Self {
+    fn new(scene: &Scene, arguments: &args::Compile, nodes: u32) -> Outcome<Self> {
         let file = scene.file.view();
         let block_bytes = file.header().block_bytes;
         let placement = Placement {
@@ -104,18 +104,20 @@ impl Shares {
             top: file.blocks().min(1),
             replicas: arguments.block_replicas as u16,
         };
+        let rom = arguments.rom.unwrap_or(u64::MAX);
+        let placement = division::limited(placement, rom, block_bytes.into(), false)?;
         let owned = |node| {
             Rom::of_file(&[], block_bytes as usize, placement, NodeId(node as u16)).len() as u64
         };
         let shares: Vec<_> = (0..nodes).map(owned).collect();
-        Self {
+        Ok(Self {
             placement,
             nodes,
             copies: placement.copies().into(),
             block_bytes: block_bytes.into(),
             least: shares.iter().copied().min().unwrap_or(0),
             most: shares.iter().copied().max().unwrap_or(0),
-        }
+        })
     }
 
     fn print(&self) -> Outcome {

@@ -1,6 +1,6 @@
 //! From what was typed of a mesh to how a run is divided.
 
-use kiloray_core::{network::Topology, node, shade::Settings};
+use kiloray_core::{block::KiloView, network::Topology, node, shade::Settings};
 use kiloray_render::MeshOptions;
 use serde::Serialize;
 use serde_json::{Value, json};
@@ -25,7 +25,7 @@ pub(super) fn options(
     division: &Division,
     bounds: Bounds,
     topology: Topology,
-    block_bytes: u64,
+    file: &KiloView<'_>,
 ) -> Outcome<MeshOptions> {
     memory::for_picture(bounds.width, bounds.height)?;
     let mut options = MeshOptions::new(bounds.width, bounds.height, topology);
@@ -37,14 +37,14 @@ pub(super) fn options(
     };
     options.memory = usize::try_from(self::memory(common))
         .map_err(|_| Failure::usage("--memory is more than can be addressed"))?;
-    with(options, division, block_bytes)
+    with(options, division, file)
 }
 
 /// The same with what is said of the division, the topology apart.
 pub(super) fn with(
     mut options: MeshOptions,
     division: &Division,
-    block_bytes: u64,
+    file: &KiloView<'_>,
 ) -> Outcome<MeshOptions> {
     let packet = |packet: u32| packet.min(u16::MAX.into()) as u16;
     options.packet = division.packet.map_or(options.packet, packet);
@@ -70,6 +70,7 @@ pub(super) fn with(
         args::Placement::Subtrees => node::Dealing::Subtrees,
         args::Placement::RoundRobin => node::Dealing::RoundRobin,
     };
+    let block_bytes = u64::from(file.header().block_bytes);
     options.top = division.top.map(|top| top.blocks(block_bytes));
     options.replicas = replicas(division, &options.topology)?;
     if let Some(prefetch) = division.prefetch {
@@ -89,7 +90,30 @@ pub(super) fn with(
         options.refusals = refusals as u8;
     }
     options.tile = division.tile.map(|side| side as u16);
+    if let Some(rom) = division.rom {
+        let placement = options.placement(file);
+        options.top = Some(limited(placement, rom, block_bytes, division.top.is_some())?.top);
+    }
     Ok(options)
+}
+
+/// The same blocks on nodes whose read-only memory has so many bytes; less of the tree's top lies with all of them if it must be, unless its size was said.
+pub(super) fn limited(
+    placement: node::Placement,
+    rom: u64,
+    block_bytes: u64,
+    top_is_said: bool,
+) -> Outcome<node::Placement> {
+    let most = u32::try_from(rom / block_bytes.max(1)).unwrap_or(u32::MAX);
+    let held = placement.most_blocks();
+    let limited = if top_is_said && held > most { Err(held) } else { placement.within(most) };
+    limited.map_err(|least| {
+        let less = if top_is_said { ", or a smaller --top" } else { "" };
+        Failure::new(format_args!(
+            "--rom {rom}: a node owns up to {least} blocks, {} bytes; give more, or more --nodes{less}",
+            u64::from(least) * block_bytes,
+        ))
+    })
 }
 
 fn replicas(division: &Division, topology: &Topology) -> Outcome<u16> {

@@ -81,4 +81,8 @@ fn blocks_are_dealt_out_to_nodes() {
         .refused(2, &["--block-replicas 5", "4"]);
     folder.run("compile cornell --nodes 0").refused(2, &["--nodes"]);
     folder.run("compile cornell --placement round-robin").refused(2, &["--nodes"]);
+    let fits = most * 4096;
+    let compile = "compile colour-cube --block 4KiB --nodes 8 --rom";
+    folder.run(&format!("{compile} {fits}")).done();
+    folder.run(&format!("{compile} {}", fits - 1)).refused(1, &["--rom", &format!("{fits} bytes")]);
 }

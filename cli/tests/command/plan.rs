@@ -60,6 +60,26 @@ fn owned_blocks_count_where_they_lie_in_the_arena() {
 }
 
 #[test]
+fn no_node_owns_more_than_its_read_only_memory_holds() {
+    let folder = Folder::new();
+    let plan =
+        |options: &str| folder.run(&format!("plan colour-cube --block 1KiB --nodes 64 {options}"));
+    let most = |options: &str| -> u64 {
+        let json: Value =
+            serde_json::from_str(&plan(&format!("--json - {options}")).done().out()).unwrap();
+        let [blocks, bytes] = [&json["owned"]["most"], &json["block_bytes"]];
+        blocks.as_u64().unwrap() * bytes.as_u64().unwrap()
+    };
+    // The top of the tree gives way where its size was not said.
+    let (top, least) = (most(""), most("--top 1"));
+    assert!(least < top);
+    assert!((least..top).contains(&most(&format!("--rom {}", top - 1))));
+    assert_eq!(most(&format!("--rom {least}")), least);
+    plan(&format!("--rom {}", least - 1)).refused(1, &["--rom", &format!("{least} bytes")]);
+    plan(&format!("--rom {least} --top 64KiB")).refused(1, &["--rom", "smaller --top"]);
+}
+
+#[test]
 fn what_cannot_be_is_refused() {
     let folder = Folder::new();
     for (options, part) in [

@@ -112,6 +112,23 @@ impl Placement {
         (all.min(u64::from(self.dealt())) as u32).saturating_add(self.top.min(self.blocks))
     }
 
+    /// The same with fewer blocks at the top, if it must be, so that no node holds more than `most`.
+    ///
+    /// # Errors
+    /// What a node would hold at least, where not even the root's block alone can lie with all.
+    pub fn within(self, most: u32) -> Result<Self, u32> {
+        let tops = (self.top.min(1)..=self.top).rev().map(|top| Self { top, ..self });
+        let mut least = u32::MAX;
+        for placement in tops {
+            let held = placement.most_blocks();
+            if held <= most {
+                return Ok(placement);
+            }
+            least = least.min(held);
+        }
+        Err(least)
+    }
+
     /// Blocks that are dealt out.
     fn dealt(&self) -> u32 {
         self.blocks.saturating_sub(self.top)
@@ -157,6 +174,26 @@ mod tests {
                 let held = (0..blocks).filter(|&b| placement.holds(NodeId(node), b)).count();
                 prop_assert_eq!(placement.held(NodeId(node)), held as u32);
                 prop_assert!(held as u32 <= placement.most_blocks());
+            }
+        }
+
+        #[test]
+        fn no_node_holds_more_than_the_limit_and_the_top_gives_way_no_further_than_it_must(
+            blocks in 1_u32..400, nodes in 1_u16..40, top in 1_u32..20, replicas in 1_u16..5, robin: bool, most in 0_u32..300,
+        ) {
+            let dealing = if robin { Dealing::RoundRobin } else { Dealing::Subtrees };
+            let wanted = Placement { dealing, blocks, nodes, top, replicas };
+            let fits = |top| Placement { top, ..wanted }.most_blocks() <= most;
+            match wanted.within(most) {
+                Ok(placement) => {
+                    prop_assert_eq!(placement, Placement { top: placement.top, ..wanted });
+                    prop_assert!((0..nodes).all(|n| placement.held(NodeId(n)) <= most));
+                    prop_assert!((placement.top + 1..=top).all(|top| !fits(top)));
+                }
+                Err(least) => {
+                    prop_assert!(least > most && (1..=top).all(|top| !fits(top)));
+                    prop_assert!(wanted.within(least).is_ok());
+                }
             }
         }
     }

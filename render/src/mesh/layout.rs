@@ -74,6 +74,18 @@ impl MeshOptions {
             owned_in_arena: false,
         }
     }
+
+    /// Which node owns which blocks of a scene.
+    #[must_use]
+    pub fn placement(&self, file: &KiloView<'_>) -> Placement {
+        Placement {
+            dealing: self.dealing,
+            blocks: file.blocks(),
+            nodes: self.topology.nodes(),
+            top: self.top.unwrap_or_else(|| top(file, self)).clamp(1, file.blocks().max(1)),
+            replicas: self.replicas,
+        }
+    }
 }
 
 /// How a run is divided: blocks among nodes, the memory of each node, the picture into tiles.
@@ -114,13 +126,7 @@ impl MeshLayout {
     ) -> Result<Self, BudgetError> {
         let mesh = Mesh::new(options.topology);
         let nodes = mesh.nodes();
-        let placement = Placement {
-            dealing: options.dealing,
-            blocks: file.blocks(),
-            nodes,
-            top: options.top.unwrap_or_else(|| top(file, options)).clamp(1, file.blocks().max(1)),
-            replicas: options.replicas,
-        };
+        let placement = options.placement(file);
         let block_bytes = file.limits().block_bytes;
         let splits = Shader::new(Tables::of(file), options.settings).splits(0);
         let side = options.tile.map_or_else(|| side(options, nodes), u32::from).max(1);

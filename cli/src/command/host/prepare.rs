@@ -103,6 +103,7 @@ fn of_config(host: &args::Host, path: &Path) -> Outcome<Prepared> {
             node::Dealing::RoundRobin => Placement::RoundRobin,
         },
         top: options.top.map(Top::Blocks),
+        rom: None,
         block_replicas: options.replicas.into(),
         packet: Some(options.packet.into()),
     };
@@ -123,8 +124,7 @@ fn of_options(host: &args::Host) -> Outcome<Prepared> {
     let bounds =
         Bounds::new(common.width, common.height, framing::aspect(&view)).map_err(Failure::usage)?;
     let view = framing::fitted(view, bounds.width, bounds.height);
-    let block_bytes = scene.file.view().header().block_bytes.into();
-    let options = division::options(&common, &division, bounds, topology, block_bytes)?;
+    let options = division::options(&common, &division, bounds, topology, &scene.file.view())?;
     let nodes = options.topology.nodes();
     let (folder, file, addresses) = match &host.write_config {
         None => {

@@ -32,7 +32,7 @@ pub(super) fn run(arguments: &args::Plan) -> Outcome {
         .map_err(|_| Failure::usage("--memory is more than can be addressed"))?;
     let file = scene.file.view();
     let block_bytes = file.header().block_bytes;
-    let divided = division::with(divided, &arguments.mesh.division, block_bytes.into())?;
+    let divided = division::with(divided, &arguments.mesh.division, &file)?;
     let options = sim::on(divided, view, &arguments.mesh)?;
     let mesh = plan(&file, &options).map_err(sim::refused)?;
     let (number, fullest) = fullest(&mesh)?;

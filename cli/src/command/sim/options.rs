@@ -27,8 +27,7 @@ pub(in crate::command) fn options(sim: &args::Sim, scene: &Scene) -> Outcome<Opt
     let bounds =
         Bounds::new(common.width, common.height, framing::aspect(&view)).map_err(Failure::usage)?;
     let topology = mesh.division.topology().map_err(Failure::usage)?;
-    let block_bytes = u64::from(scene.file.view().header().block_bytes);
-    let divided = division::options(common, &mesh.division, bounds, topology, block_bytes)?;
+    let divided = division::options(common, &mesh.division, bounds, topology, &scene.file.view())?;
     let view = framing::fitted(view, bounds.width, bounds.height);
     let mut options = on(divided, view, mesh)?;
     options.seed = common.seed;
