@@ -64,6 +64,7 @@ impl Camera {
     ///
     /// The samples of a pixel are spread over it evenly (a box filter), by one [`Sequence`].
     #[must_use]
+    #[cfg_attr(feature = "bundles", inline(always))]
     pub fn ray(&self, x: u32, y: u32, key: PathKey) -> Ray {
         let [sx, sy] = Sequence::new(key, Purpose::Pixel).point(key.sample);
         self.ray_at((x as f32 + sx) * self.step[0], (y as f32 + sy) * self.step[1])
@@ -71,6 +72,7 @@ impl Camera {
 
     /// The ray through a place of the picture: `(0, 0)` is its upper left corner, `(1, 1)` the lower right.
     #[must_use]
+    #[cfg_attr(feature = "bundles", inline(always))]
     pub fn ray_at(&self, x: f32, y: f32) -> Ray {
         let [position, forward, right, up] =
             [self.position, self.direction, self.right, self.up].map(Vec3::from);

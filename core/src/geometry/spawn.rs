@@ -70,6 +70,7 @@ const ULP: f64 = 2.0 * UNIT_ROUNDOFF as f64;
 impl Hit {
     /// The point that a ray hit.
     #[must_use]
+    #[cfg_attr(feature = "bundles", inline(always))]
     pub fn surface(&self, ray: &Ray) -> SurfacePoint {
         match self.primitive {
             Primitive::Triangle { vertices, .. } => on_triangle(vertices, self.b1, self.b2),
@@ -103,6 +104,7 @@ impl SurfacePoint {
     ///
     /// A sphere is tested in f64; there the clearance is what f32 rounding along the surface can lose to its curvature.
     #[must_use]
+    #[cfg_attr(feature = "bundles", inline(always))]
     pub fn spawn(&self, direction: Vec3) -> Ray {
         let origin = self.origin_towards(direction.as_dvec3());
         Ray { origin, direction, t_min: 0.0, t_max: f32::INFINITY }
@@ -144,6 +146,7 @@ impl SurfacePoint {
         Aabb::EMPTY.with(self.origin_towards(self.unit)).with(self.origin_towards(-self.unit))
     }
 
+    #[cfg_attr(feature = "bundles", inline(always))]
     fn origin_towards(&self, direction: DVec3) -> Vec3 {
         let away = if direction.dot(self.unit) < 0.0 { -self.unit } else { self.unit };
         let p = self.exact + away * self.clearance;
@@ -174,6 +177,7 @@ fn round_towards(x: f64, sign: f64) -> f32 {
     }
 }
 
+#[cfg_attr(feature = "bundles", inline(always))]
 fn on_triangle(vertices: [Vec3; 3], b1: f32, b2: f32) -> SurfacePoint {
     let [v0, v1, v2] = vertices.map(Vec3::as_dvec3);
     let (e1, e2) = (v1 - v0, v2 - v0);
@@ -186,6 +190,7 @@ fn on_triangle(vertices: [Vec3; 3], b1: f32, b2: f32) -> SurfacePoint {
 
 /// A unit normal, also of slivers: theirs is made orthogonal to the longest edge once more. A triangle that is less
 /// than 2⁻²⁹ of its length wide is a line to the test, and any normal of the line will do.
+#[cfg_attr(feature = "bundles", inline(always))]
 fn triangle_normal(e1: DVec3, e2: DVec3) -> DVec3 {
     let e3 = e2 - e1;
     let longest = [e2, e3].into_iter().fold(e1, |longest, e| {
@@ -235,6 +240,7 @@ fn on_sphere(ray: &Ray, t: f32, center: Vec3, radius: f32, inward: bool) -> Surf
 }
 
 /// `v` at unit length, for lengths from 10⁻⁶⁰ to 10⁶⁰ at least.
+#[cfg_attr(feature = "bundles", inline(always))]
 fn unit(v: DVec3) -> Option<DVec3> {
     let length = libm::sqrt(v.length_squared());
     (length > 0.0 && length < f64::INFINITY).then(|| v / length)

@@ -70,6 +70,7 @@ impl Aim {
     ///
     /// # Errors
     /// Why it cannot light it.
+    #[cfg_attr(feature = "bundles", inline(always))]
     pub fn new(light: &Light, surface: &Surface, answers: [bool; 2]) -> Result<Self, Dark> {
         let from = surface.position;
         let radiance = Vec3::from(light.radiance);

@@ -59,6 +59,7 @@ pub(super) struct Found<R: Real> {
 const NEAR: f32 = 0.2;
 
 impl Flat {
+    #[cfg_attr(feature = "bundles", inline(always))]
     pub(super) fn new(
         kind: LightKind,
         position: Vec3,

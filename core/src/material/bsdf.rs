@@ -63,6 +63,7 @@ impl Gloss {
         crosses: false,
     };
 
+    #[cfg_attr(feature = "bundles", inline(always))]
     fn new(material: &Material, kind: MaterialKind, surface: &Surface) -> Self {
         let none = Self { ahead: -surface.outgoing, ..Self::NONE };
         match kind {
@@ -113,6 +114,7 @@ impl Gloss {
 impl Bsdf {
     /// What the material does at the surface.
     #[must_use]
+    #[cfg_attr(feature = "bundles", inline(always))]
     pub fn new(material: &Material, surface: &Surface) -> Self {
         let kind = MaterialKind::from_u32(material.kind).unwrap_or(MaterialKind::Light);
         let (diffuse, through) = if kind == MaterialKind::Opaque {
@@ -199,14 +201,14 @@ fn mirrored(direction: Vec3, normal: Vec3) -> Vec3 {
 
 #[cfg(feature = "specular")]
 impl Bsdf {
-    /// A direction that the lobe on a side sends light from, for two numbers in [0, 1): with its weight (the BSDF times the
+    /// A direction that the lobe on a side sends light from, for two numbers in [0, 1), of which a rough lobe alone asks: with its weight (the BSDF times the
     /// cosine over the density) and its density [1/sr], infinite for a perfect mirror or a clear view.
     #[must_use]
     pub fn sample(
         &self,
         surface: &Surface,
         side: Side,
-        numbers: [f32; 2],
+        numbers: impl FnOnce() -> [f32; 2],
     ) -> Option<(Vec3, Vec3, f32)> {
         let gloss = &self.gloss;
         let albedo = match side {
@@ -215,7 +217,7 @@ impl Bsdf {
         };
         let (direction, weight, density) = if gloss.alpha > 0.0 {
             let ward = Ward { normal: surface.shading, alpha: gloss.alpha };
-            let (direction, weight) = ward.sample(numbers, surface.outgoing)?;
+            let (direction, weight) = ward.sample(numbers(), surface.outgoing)?;
             let (_, density) = ward.evaluate(Vector::<f32>::from(direction), surface.outgoing);
             let direction = match side {
                 Side::Front => direction,

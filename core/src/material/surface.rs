@@ -41,6 +41,7 @@ const FACING_MIN: f32 = 1.0 / 64.0;
 impl Surface {
     /// The surface that a ray hit; `through` if rays may go on behind it.
     #[must_use]
+    #[cfg_attr(feature = "bundles", inline(always))]
     pub fn new(ray: &Ray, hit: &Hit, through: bool) -> Self {
         let len = libm::sqrtf(ray.direction.dot(ray.direction));
         let outgoing = -ray.direction / len;

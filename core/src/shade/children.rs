@@ -28,7 +28,12 @@ impl Shader<'_> {
             return [None; 2];
         }
         let key = point.path.key;
-        let [a, b] = Sequence::new(key, Purpose::Children).point(key.sample);
+        // Chances of 0 and 1 need no number.
+        let certain = [front, back].iter().all(|&chance| chance <= 0.0 || chance >= 1.0);
+        let [a, b] = match certain {
+            true => [0.0; 2],
+            false => Sequence::new(key, Purpose::Children).point(key.sample),
+        };
         let sent = if point.path.depth < SPLITS {
             [a < front, b < back]
         } else {
@@ -52,7 +57,7 @@ impl Shader<'_> {
             Side::Front => (Purpose::Reflect, 0),
             Side::Back => (Purpose::Transmit, 1),
         };
-        let numbers = Sequence::new(path.key, purpose).point(path.key.sample);
+        let numbers = || Sequence::new(path.key, purpose).point(path.key.sample);
         let (direction, weight, density) = bsdf.sample(surface, side, numbers)?;
         let medium = match side {
             Side::Back if bsdf.gloss.crosses && surface.front => surface.material,

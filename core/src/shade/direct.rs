@@ -52,6 +52,7 @@ const TEETH: f32 = 64.0;
 impl Shader<'_> {
     /// Begins the light sampling of a point.
     #[must_use]
+    #[cfg_attr(feature = "bundles", inline(always))]
     pub fn direct(&self, point: &Point) -> Direct {
         let lights = self.tables.lights;
         let answers = point.bsdf.answers();
@@ -74,6 +75,7 @@ impl Shader<'_> {
 
     /// The next bundle of a point's light sampling.
     #[must_use]
+    #[cfg_attr(feature = "bundles", inline(always))]
     pub fn next_bundle(
         &self,
         point: &Point,
@@ -99,6 +101,7 @@ impl Shader<'_> {
         None
     }
 
+    #[cfg_attr(feature = "bundles", inline(always))]
     fn bundle(
         &self,
         point: &Point,

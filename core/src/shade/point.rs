@@ -27,6 +27,7 @@ const IMPORTANCE_MIN: f32 = 1.0 / 80.0;
 pub const SPLITS: u8 = 2;
 
 impl Point {
+    #[cfg_attr(feature = "bundles", inline(always))]
     pub(super) fn new(surface: Surface, bsdf: Bsdf, path: Path, bounces: u8) -> Self {
         #[cfg(feature = "specular")]
         let chance = if path.depth < bounces {

@@ -73,6 +73,7 @@ impl<'a> Shader<'a> {
 
     /// What a ray brings where it ends: the light emitted there, and the point that goes on, if the surface answers light.
     #[must_use]
+    #[cfg_attr(feature = "bundles", inline(always))]
     pub fn arrive(&self, path: &Path, ray: &Ray, hit: Option<&Hit>) -> (Sum, Option<Point>) {
         let Some(hit) = hit else { return (self.escaped(path, ray), None) };
         let Some(material) = self.tables.materials.get(usize::from(hit.material)) else {

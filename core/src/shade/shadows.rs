@@ -48,6 +48,7 @@ impl Shader<'_> {
 
     /// Shadow ray `j` of a bundle; `None` if its light would not count. They are made one after the other, from 0 up.
     #[must_use]
+    #[cfg_attr(feature = "bundles", inline(always))]
     pub fn shadow_ray(&self, point: &Point, bundle: &mut Bundle, j: u32) -> Option<ShadowRay> {
         let made = self.made(point, bundle, bundle.index(point, j));
         let light = bundle.take(j, made.is_lit, made.light.into())?;
