@@ -2,8 +2,8 @@
 
 use super::error::BlockError;
 use super::format::{
-    BLOCK_BYTES_MAX, BLOCK_BYTES_MIN, BlockHeader, Child, DEPTH_MAX, FLAG_NORMALS, Node,
-    RECORD_SPHERES, Record, is_order,
+    BLOCK_BYTES_MAX, BLOCK_BYTES_MIN, BlockHeader, DEPTH_MAX, FLAG_NORMALS, Node, RECORD_SPHERES,
+    Record, is_order,
 };
 use super::view::{BlockLimits, BlockView};
 
@@ -21,6 +21,7 @@ pub(super) fn length(bytes: &[u8], limits: &BlockLimits) -> Result<(), BlockErro
 }
 
 /// Everything behind the checksum.
+#[cfg_attr(feature = "bundles", inline(always))]
 pub(super) fn content(
     view: &BlockView<'_>,
     block: u32,
@@ -34,6 +35,7 @@ pub(super) fn content(
     tree(view)
 }
 
+#[cfg_attr(feature = "bundles", inline(always))]
 fn head(header: &BlockHeader, block: u32, limits: &BlockLimits) -> Result<(), BlockError> {
     if header.block != block || block >= limits.blocks {
         return Err(BlockError::Number { found: header.block });
@@ -61,6 +63,7 @@ fn head(header: &BlockHeader, block: u32, limits: &BlockLimits) -> Result<(), Bl
     Ok(())
 }
 
+#[cfg_attr(feature = "bundles", inline(always))]
 fn parts(view: &BlockView<'_>) -> Result<(), BlockError> {
     let header = view.header();
     if header.nodes == 0
@@ -78,6 +81,7 @@ fn parts(view: &BlockView<'_>) -> Result<(), BlockError> {
     }
 }
 
+#[cfg_attr(feature = "bundles", inline(always))]
 fn vertices(view: &BlockView<'_>) -> Result<(), BlockError> {
     let inside = |words: &[f32]| words.iter().fold(true, |all, x| all & (x.abs() <= 1.0));
     if inside(view.vertices().as_flattened()) {
@@ -87,36 +91,56 @@ fn vertices(view: &BlockView<'_>) -> Result<(), BlockError> {
     Err(BlockError::Vertex { vertex: vertex.unwrap_or_default() as u16 })
 }
 
+#[cfg_attr(feature = "bundles", inline(always))]
 fn records(view: &BlockView<'_>, limits: &BlockLimits) -> Result<(), BlockError> {
-    let vertices = view.vertices();
-    for (i, record) in (0u16..).zip(view.records()) {
-        let spheres = record.base & RECORD_SPHERES != 0;
-        if spheres && !cfg!(feature = "sphere") {
-            return Err(BlockError::SpheresLeftOut);
-        }
-        let known = u32::from(record.material) < limits.materials;
-        let sound = primitives(record, vertices.len()) && (!spheres || round(record, vertices));
-        if !known || !sound {
-            return Err(BlockError::Record { record: i });
-        }
+    let (all, vertices) = (view.records(), view.vertices());
+    let is_known = |record: &Record| u32::from(record.material) < limits.materials;
+    let sound = |record: &Record| is_known(record) & primitives(record, view.header().vertices);
+    let is_sphere = |record: &Record| record.base & RECORD_SPHERES != 0;
+    let spheres = all.iter().fold(false, |any, record| any | is_sphere(record));
+    if spheres && !cfg!(feature = "sphere") {
+        return Err(BlockError::SpheresLeftOut);
     }
-    Ok(())
+    // Lanes look at several records at once: without an early end and without branches.
+    let known =
+        cfg!(feature = "bundles") && all.iter().fold(true, |all, record| all & sound(record));
+    if known && !spheres {
+        return Ok(());
+    }
+    let wrong = |record: &Record| {
+        !(known || sound(record)) || spheres && is_sphere(record) && !round(record, vertices)
+    };
+    match all.iter().position(wrong) {
+        Some(record) => Err(BlockError::Record { record: record as u16 }),
+        None => Ok(()),
+    }
 }
 
 /// Whether a record holds at least one primitive, its unused places come last, and its indices are
 /// in range.
-#[inline]
-fn primitives(record: &Record, vertices: usize) -> bool {
-    // Spheres leave the third index free.
-    let spheres = record.base & RECORD_SPHERES != 0;
-    let (mut used, mut greatest) = (0_u8, 0);
-    for (place, &[a, b, c]) in record.index.iter().enumerate() {
-        used |= u8::from((a != b) | (a != c)) << place;
-        // Unused places name the same vertex three times; it must exist as well, so that lanes may load it.
-        greatest = greatest.max(a).max(b).max(if spheres { a } else { c });
-    }
-    let base = usize::from(record.base & !RECORD_SPHERES);
-    used != 0 && used & (used + 1) == 0 && base + usize::from(greatest) < vertices
+///
+/// Its twelve bytes are taken as three words, of which a shift lays each byte over the one before it.
+#[cfg_attr(feature = "bundles", inline(always))]
+fn primitives(record: &Record, vertices: u16) -> bool {
+    let [x, y, z]: [u32; 3] = bytemuck::cast(record.index);
+    let [x, y, z] = [x, y, z].map(u32::from_le);
+    // A place is used if its three bytes differ: the first two or the last two do.
+    let is_used = |triple: u32| u32::from((triple ^ triple >> 8) & 0xffff != 0);
+    let used = is_used(x)
+        | is_used(x >> 24 | y << 8) << 1
+        | is_used(y >> 16 | z << 16) << 2
+        | is_used(z >> 8) << 3;
+    // Spheres leave the third index free. Unused places name the same vertex three times; it must exist as well, so that lanes may load it.
+    let spheres = cfg!(feature = "sphere") && record.base & RECORD_SPHERES != 0;
+    let free = 0_u32.wrapping_sub(u32::from(spheres));
+    let indices = [x & !(free & 0x00ff_0000), y & !(free & 0x0000_ff00), z & !(free & 0xff00_00ff)];
+    // Vertices from the base on: a byte that leads to none of them carries into the byte above it, which is free.
+    let count = u32::from(vertices).saturating_sub(u32::from(record.base & !RECORD_SPHERES));
+    let carry = 256_u32.saturating_sub(count) * 0x0001_0001;
+    let over = indices.iter().fold(0, |over, word| {
+        over | ((word & 0x00ff_00ff) + carry) | ((word >> 8 & 0x00ff_00ff) + carry)
+    });
+    (used & 1 != 0) & (used & (used + 1) == 0) & (over & 0x0100_0100 == 0)
 }
 
 /// Whether the spheres of a record are spheres.
@@ -132,6 +156,7 @@ fn round(record: &Record, vertices: &[[f32; 3]]) -> bool {
     })
 }
 
+#[cfg_attr(feature = "bundles", inline(always))]
 fn refs(view: &BlockView<'_>, block: u32, limits: &BlockLimits) -> Result<(), BlockError> {
     for (index, r) in (0u16..).zip(view.refs()) {
         let ahead = r.block > block && r.block < limits.blocks;
@@ -144,10 +169,12 @@ fn refs(view: &BlockView<'_>, block: u32, limits: &BlockLimits) -> Result<(), Bl
 
 /// Children lie behind their parents, no node has two parents, and no path is longer than the
 /// header says.
+#[cfg_attr(feature = "bundles", inline(always))]
 fn tree(view: &BlockView<'_>) -> Result<(), BlockError> {
     let header = view.header();
-    // Levels above each node, by index; roots keep 0. A node with a parent has 1 or more.
-    let mut above = [0u8; NODES_MAX];
+    let below = limits_of(header);
+    // Levels above each node, by index; roots keep 0. A node with a parent has 1 or more. What is no node has the last place.
+    let mut above = [0u8; NODES_MAX + 1];
     for (i, node) in (0u16..).zip(view.nodes()) {
         let levels = above.get(usize::from(i)).copied().unwrap_or(0) + 1;
         if u16::from(levels) > header.height {
@@ -156,33 +183,41 @@ fn tree(view: &BlockView<'_>) -> Result<(), BlockError> {
         if !node.order.iter().fold(true, |all, &word| all & is_order(word)) {
             return Err(BlockError::Order { node: i });
         }
-        for (slot, &bits) in (0u8..).zip(&node.child) {
-            let wrong = Err(BlockError::Child { node: i, slot });
-            match Child::decode(bits) {
-                _ if bits & 0x8000 != 0 => return wrong,
-                Child::Empty if bits == Child::EMPTY => {}
-                Child::Empty => return wrong,
-                Child::Node(child) => match above.get_mut(usize::from(child)) {
-                    Some(above) if child > i && child < header.nodes && *above == 0 => {
-                        *above = levels;
-                    }
-                    _ => return wrong,
-                },
-                Child::Leaf { first, count } => {
-                    if first + count > header.records {
-                        return wrong;
-                    }
-                }
-                Child::Ref(index) => {
-                    if index >= header.refs {
-                        return wrong;
-                    }
-                    if u16::from(levels) >= header.height {
-                        return Err(BlockError::Depth);
-                    }
-                }
-            }
+        // No one foresees what a child is: it is not branched upon.
+        let (mut wrong, mut refs) = (0_u32, false);
+        for &bits in &node.child {
+            let (kind, index) = (bits >> 12, bits & 0xfff);
+            let is_node = kind == NODE;
+            let place = if is_node { usize::from(index) } else { NODES_MAX };
+            // One bit for each slot, of the first the lowest.
+            wrong >>= 1;
+            let Some(above) = above.get_mut(place) else {
+                wrong |= 0x80;
+                continue;
+            };
+            let out = below.get(usize::from(kind)).is_none_or(|&below| index >= below);
+            let taken = is_node & ((index <= i) | (*above != 0));
+            wrong |= u32::from(out | taken) << 7;
+            *above = levels;
+            refs |= kind == REF;
+        }
+        if wrong != 0 {
+            return Err(BlockError::Child { node: i, slot: wrong.trailing_zeros() as u8 });
+        }
+        if refs && u16::from(levels) >= header.height {
+            return Err(BlockError::Depth);
         }
     }
     Ok(())
+}
+
+/// The upper four bits of a child that is a node of this block, and of one of another.
+const NODE: u16 = 0;
+const REF: u16 = 1;
+
+/// By the upper four bits of a child: what its lower twelve are below. Nothing is below 0.
+fn limits_of(header: &BlockHeader) -> [u16; 16] {
+    let leaf = |more: u16| header.records.saturating_sub(more);
+    let [a, b, c, d] = [0, 1, 2, 3].map(leaf);
+    [header.nodes, header.refs, 0, 1, a, b, c, d, 0, 0, 0, 0, 0, 0, 0, 0]
 }

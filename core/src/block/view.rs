@@ -128,6 +128,7 @@ impl<'a> BlockView<'a> {
     ///
     /// # Errors
     /// [`BlockError`] names the first thing found wrong.
+    #[cfg_attr(feature = "bundles", inline(always))]
     pub fn parse(bytes: &'a [u8], block: u32, limits: &BlockLimits) -> Result<Self, BlockError> {
         check::length(bytes, limits)?;
         let quads: &[Quad] = bytemuck::try_cast_slice(bytes).map_err(|_| BlockError::Alignment)?;

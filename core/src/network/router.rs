@@ -112,13 +112,40 @@ impl<'a> Router<'a> {
         priority: u8,
         payload: &[u8],
     ) -> Result<(), Busy> {
-        self.push(self.own_queue(channel), (to, self.here), fresh(priority), payload)?;
+        self.push_own(to, channel, priority, payload.len(), payload).map(drop)
+    }
+
+    /// The same for a payload of this length, which is to be written to where it lies then.
+    ///
+    /// # Errors
+    /// As [`inject`](Self::inject).
+    pub fn inject_room(
+        &mut self,
+        to: NodeId,
+        channel: Channel,
+        priority: u8,
+        len: usize,
+    ) -> Result<&mut [u8], Busy> {
+        let place = self.push_own(to, channel, priority, len, &[])?;
+        self.memory.bytes.get_mut(place..).and_then(|room| room.get_mut(..len)).ok_or(Busy)
+    }
+
+    fn push_own(
+        &mut self,
+        to: NodeId,
+        channel: Channel,
+        priority: u8,
+        len: usize,
+        payload: &[u8],
+    ) -> Result<usize, Busy> {
+        let queue = self.own_queue(channel);
+        let place = self.push(queue, (to, self.here), fresh(priority), len, payload)?;
         if self.holds
             && let Some(held) = self.held.get_mut(channel as usize)
         {
             *held = held.saturating_add(1);
         }
-        Ok(())
+        Ok(place)
     }
 
     /// Holds back what is injected from now on, as what a node makes can leave only when the node has done it.
@@ -221,8 +248,9 @@ impl<'a> Router<'a> {
             receiver.release();
             return Received::Dead;
         }
-        match self.push(queue, (header.to(), header.from()), header.priority, payload) {
-            Ok(()) => Received::Buffered,
+        let ends = (header.to(), header.from());
+        match self.push(queue, ends, header.priority, payload.len(), payload) {
+            Ok(_) => Received::Buffered,
             // Credit was given for it: cannot be.
             Err(Busy) => Received::Bad,
         }
@@ -397,13 +425,15 @@ impl<'a> Router<'a> {
         queue / LANES == usize::from(self.size.ports) && len <= held
     }
 
+    /// Puts a packet of this length at the end of a queue, with what is known of its bytes: where it lies.
     fn push(
         &mut self,
         queue: usize,
         (to, from): (NodeId, NodeId),
         priority: u8,
+        len: usize,
         payload: &[u8],
-    ) -> Result<(), Busy> {
+    ) -> Result<usize, Busy> {
         let hop = self.mesh.route(self.here, to);
         if hop.is_none() && to != self.here {
             return Err(Busy);
@@ -411,23 +441,24 @@ impl<'a> Router<'a> {
         let slot = Slot {
             to: to.0,
             from: from.0,
-            len: payload.len().min(usize::from(u16::MAX)) as u16,
+            len: len.min(usize::from(u16::MAX)) as u16,
             port: hop.map_or(ARRIVED, |hop| hop.port.0),
             class: hop.map_or(0, |hop| hop.class),
             priority,
         };
         let depth = self.depth(queue);
         let fifo = self.memory.fifos.get(queue).copied().ok_or(Busy)?;
-        if usize::from(fifo.len) >= depth || payload.len() > self.payload(queue) {
+        if usize::from(fifo.len) >= depth || len > self.payload(queue) {
             return Err(Busy);
         }
         // Less than twice the depth: the head lies below it, and fewer packets than that are here.
         let place = usize::from(fifo.first) + usize::from(fifo.len);
         let place = if place < depth { place } else { place - depth };
         let at = self.bytes_at(queue, place);
-        let bytes =
-            at.checked_add(payload.len()).and_then(|end| self.memory.bytes.get_mut(at..end));
-        bytes.ok_or(Busy)?.copy_from_slice(payload);
+        let room = self.memory.bytes.get_mut(at..).and_then(|room| room.get_mut(..len));
+        if let Some(known) = room.ok_or(Busy)?.get_mut(..payload.len()) {
+            known.copy_from_slice(payload);
+        }
         let index = self.slot(queue, place);
         *self.memory.slots.get_mut(index).ok_or(Busy)? = slot;
         if let Some(fifo) = self.memory.fifos.get_mut(queue) {
@@ -437,7 +468,7 @@ impl<'a> Router<'a> {
                 self.note_head(queue);
             }
         }
-        Ok(())
+        Ok(at)
     }
 
     /// Frees the head of a queue, and gives its credit back to the link it came by.

@@ -1,6 +1,6 @@
 use super::{Counts, Time, Work};
 use crate::network::{Channel, NodeId, Router};
-use crate::protocol::{Items, Message, write};
+use crate::protocol::{Item, Items, Message, write};
 use bytemuck::{Pod, Zeroable};
 
 /// Open bundles of messages: those of one destination, channel and priority leave in one packet.
@@ -62,6 +62,13 @@ impl<'a> Outbox<'a> {
         work: &mut Work,
     ) -> bool {
         let (channel, priority) = (message.channel(), message.priority());
+        if let Some(bytes) = self.push_alone(router, to, message) {
+            counts.packets = counts.packets.saturating_add(1);
+            counts.sent.note(message, bytes);
+            work.messages = work.messages.saturating_add(1);
+            work.copied = work.copied.saturating_add(bytes as u64);
+            return true;
+        }
         let fits = |open: &Open| open.is(channel) && open.to == to.0 && open.priority == priority;
         let payload = router.payload_of(channel);
         let mut found = None;
@@ -97,6 +104,27 @@ impl<'a> Outbox<'a> {
         work.messages = work.messages.saturating_add(1);
         work.copied = work.copied.saturating_add(bytes as u64);
         true
+    }
+
+    /// Writes a piece of a block that leaves no room for others straight into the router, unless others wait to go there: its length.
+    fn push_alone(
+        &self,
+        router: &mut Router<'_>,
+        to: NodeId,
+        message: &Message<'_>,
+    ) -> Option<usize> {
+        // A board's packets are short: it would take more flash than it saves time.
+        let Message::Part { bytes, .. } = message else { return None };
+        if !cfg!(feature = "bundles") {
+            return None;
+        }
+        let len = bytes.len().checked_add(Item::PART_BYTES)?;
+        let channel = message.channel();
+        if len <= router.payload_of(channel) / 2 || self.open.iter().any(|open| open.is(channel)) {
+            return None;
+        }
+        let room = router.inject_room(to, channel, message.priority(), len).ok()?;
+        write(room, 0, message)
     }
 
     /// Sends what may not wait longer: all that is urgent or too old, or all.

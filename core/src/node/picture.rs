@@ -1,7 +1,7 @@
 #[cfg(feature = "bundles")]
 use super::Ends;
 use super::{Lit, Missing, Traced, Work, World};
-use crate::block::{BlockLimits, BlockSource, BlockView};
+use crate::block::{BlockLimits, BlockSource};
 use crate::geometry::{Aabb, Hit, Pyramid, Ray};
 use crate::material::OpticalDepth;
 use crate::path::PathKey;
@@ -455,7 +455,7 @@ impl<T: Tracer, C: Scratch> World for Picture<'_, T, C> {
     }
 
     fn check(&self, block: u32, bytes: &[u8]) -> bool {
-        BlockView::parse(bytes, block, &self.limits).is_ok()
+        self.tracer.check(bytes, block, &self.limits).is_ok()
     }
 }
 

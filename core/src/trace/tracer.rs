@@ -6,7 +6,7 @@ use super::query::{Every, Query};
 use super::scalar::Scalar;
 use super::trail::Trail;
 use super::walk::Single;
-use crate::block::BlockSource;
+use crate::block::{BlockError, BlockLimits, BlockSource, BlockView};
 use crate::geometry::{Hit, Ray};
 
 /// A search that any lanes can do. A type without values: what it works on are arguments, so that they stay in registers.
@@ -31,6 +31,21 @@ pub trait Search {
     ) -> Result<(), TraceError<S::Error>>;
 }
 
+/// [`Tracer::check`].
+struct Check<'a> {
+    bytes: &'a [u8],
+    block: u32,
+    limits: &'a BlockLimits,
+    checked: &'a mut Result<(), BlockError>,
+}
+
+impl Kernel for Check<'_> {
+    #[inline(always)]
+    fn run<L: Lanes>(self, _: L) {
+        *self.checked = BlockView::parse(self.bytes, self.block, self.limits).map(drop);
+    }
+}
+
 /// Traces rays, with the lanes that the machine has. All tracers find the same hits to the bit.
 ///
 /// [`Scalar`] is one; `kiloray-simd` has one that finds out what the machine can do.
@@ -52,6 +67,16 @@ pub trait Tracer: Copy {
 
     /// Computes something else with the lanes of the machine.
     fn compute<K: Kernel>(self, kernel: K);
+
+    /// Checks a block as [`BlockView::parse`] does, with the instructions of the machine.
+    ///
+    /// # Errors
+    /// [`BlockError`] names the first thing found wrong.
+    fn check(self, bytes: &[u8], block: u32, limits: &BlockLimits) -> Result<(), BlockError> {
+        let mut checked = Ok(());
+        self.compute(Check { bytes, block, limits, checked: &mut checked });
+        checked
+    }
 
     /// The closest hit of a ray.
     ///

@@ -1,7 +1,9 @@
 use std::hint::black_box;
 
 use cpu_time::ThreadTime;
+use kiloray_core::trace::Tracer;
 use kiloray_scene::{builtin, compile, kilo::KiloFile};
+use kiloray_simd::Auto;
 
 use crate::failure::{Failure, Outcome};
 
@@ -31,11 +33,13 @@ pub(super) fn check_ns() -> Outcome<f64> {
         let compiled = compile::compile(&model, &options, &mut ()).map_err(Failure::new)?;
         let file = KiloFile::from_compiled(compiled);
         let file = file.view();
+        let (blocks, limits) = (file.block_section(), file.limits());
         let begin = ThreadTime::now();
         let mut bytes = 0;
         while bytes < BYTES {
-            for block in 0..file.blocks() {
-                black_box(file.check_block(block).map_err(Failure::new)?);
+            for (block, block_bytes) in (0..).zip(blocks.chunks(BLOCK)) {
+                black_box(Auto::detect().check(block_bytes, block, &limits))
+                    .map_err(Failure::new)?;
                 bytes += BLOCK as u64;
             }
         }
