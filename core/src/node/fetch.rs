@@ -3,6 +3,7 @@ use super::help::put_first;
 use super::rom::Blocks;
 use super::rules::Rule;
 use super::slots::{FetchSlot, RaySlot, Serve, Stage};
+use super::tell::tell;
 use super::{Node, Time, World};
 use crate::network::{NodeId, Router};
 use crate::protocol::{Item, Message, write};
@@ -82,6 +83,7 @@ impl<W: World> Node<'_, W> {
             let block = fetch.block;
             let asked = (fetch.tries > 0).then(|| fetch.asked());
             let Some(to) = self.owner_for(block, asked, fetch.gone) else {
+                tell!(error, "node {}: all who had block {} are gone", self.here.0, block);
                 self.lost = Some(block);
                 self.unsent = true;
                 continue;
@@ -128,6 +130,7 @@ impl<W: World> Node<'_, W> {
                 self.put_off(at, now);
                 continue;
             }
+            tell!(debug, "node {}: block {} is asked for again", self.here.0, fetch.block);
             self.suspect(fetch.asked());
             self.counts.fetches_again = self.counts.fetches_again.saturating_add(1);
             fetch.tries = fetch.tries.saturating_add(1);
@@ -138,6 +141,7 @@ impl<W: World> Node<'_, W> {
             let in_vain = fetch.tries >= self.most_tries(fetch.block);
             if all_gone || (in_vain && !self.is_told_of_deaths()) {
                 // It goes on asking: who was thought dead may come back.
+                tell!(error, "node {}: nobody answers for block {}", self.here.0, fetch.block);
                 self.lost = Some(fetch.block);
                 fetch.gone = 0;
             }
@@ -212,6 +216,7 @@ impl<W: World> Node<'_, W> {
             self.blocks.cache.arrived(block);
             self.wake(block);
         } else {
+            tell!(warn, "node {}: block {} came damaged", self.here.0, block);
             self.counts.blocks_refused = self.counts.blocks_refused.saturating_add(1);
             self.blocks.cache.discard(block);
             self.want(block, now);
@@ -276,6 +281,7 @@ impl<W: World> Node<'_, W> {
 
     /// The router of a dead node says so: the time limits of all that was asked of it pass at once.
     pub(super) fn on_gone(&mut self, node: NodeId, now: Time) {
+        tell!(warn, "node {}: node {} is gone", self.here.0, node.0);
         for at in 0..self.fetches.len() {
             let Some(&fetch) = self.fetches.get(at) else { break };
             if fetch.state != SENT || fetch.asked() != node {
@@ -295,6 +301,7 @@ impl<W: World> Node<'_, W> {
     /// A node has let a request wait in vain.
     pub(super) fn suspect(&mut self, node: NodeId) {
         if !self.is_suspect(node) {
+            tell!(info, "node {}: node {} lets a request wait", self.here.0, node.0);
             put_first(&mut self.suspects, node);
         }
     }

@@ -1,5 +1,6 @@
 use super::rules::Rule;
 use super::slots::Serve;
+use super::tell::tell;
 use super::{Node, Time, World};
 use crate::network::{Channel, HOST, NodeId};
 use crate::protocol::{Items, Message};
@@ -58,6 +59,7 @@ impl<W: World> Node<'_, W> {
         let message = items.next();
         let used = before.saturating_sub(items.rest_len());
         let Some(message) = message else {
+            tell!(warn, "node {}: a packet came damaged", self.here.0);
             self.counts.damaged = self.counts.damaged.saturating_add(1);
             return None;
         };
@@ -150,6 +152,7 @@ impl<W: World> Node<'_, W> {
         self.inbox_at = self.inbox_len.saturating_sub(items.rest_len());
         let used = bytes.len().saturating_sub(items.rest_len());
         let Some(message) = message else {
+            tell!(warn, "node {}: a packet came damaged", self.here.0);
             self.counts.damaged = self.counts.damaged.saturating_add(1);
             return;
         };

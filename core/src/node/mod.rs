@@ -56,6 +56,7 @@ mod shadows;
 mod share;
 mod shell;
 mod slots;
+mod tell;
 #[cfg(test)]
 mod tests;
 mod tiles;

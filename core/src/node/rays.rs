@@ -1,5 +1,6 @@
 use super::rules::Rule;
 use super::slots::{FetchSlot, RaySlot, Root, RootState, Stage};
+use super::tell::tell;
 use super::{Node, RayKind, Settings, TaskOrder, Time, Traced, World};
 use crate::network::NodeId;
 use crate::protocol::{Message, RayMessage, ReturnAddress, split};
@@ -328,6 +329,7 @@ impl<W: World> Node<'_, W> {
                 slot.set_stage(Stage::Send);
                 let known = slot.ray.task().knows_hit();
                 if slot.tries >= if known { HIT_TRIES } else { RAY_TRIES } {
+                    tell!(debug, "node {}: a ray sent in vain runs at home", self.here.0);
                     self.counts.run_at_home = self.counts.run_at_home.saturating_add(1);
                     slot.run_at_home();
                 }

@@ -116,6 +116,64 @@ fn a_block_whose_holders_are_dead_is_named_within_a_few_time_limits() {
     }
 }
 
+/// What a thread's nodes have said.
+#[cfg(feature = "log")]
+mod said {
+    use std::cell::RefCell;
+
+    thread_local!(static LINES: RefCell<Vec<String>> = const { RefCell::new(Vec::new()) });
+
+    struct ToLines;
+
+    impl log::Log for ToLines {
+        fn enabled(&self, _: &log::Metadata<'_>) -> bool {
+            true
+        }
+
+        fn log(&self, record: &log::Record<'_>) {
+            LINES.with_borrow_mut(|lines| {
+                lines.push(format!("{} {}", record.level(), record.args()))
+            });
+        }
+
+        fn flush(&self) {}
+    }
+
+    pub(super) fn during(what: impl FnOnce()) -> Vec<String> {
+        if log::set_logger(&ToLines).is_ok() {
+            log::set_max_level(log::LevelFilter::Trace);
+        }
+        LINES.take();
+        what();
+        LINES.take()
+    }
+}
+
+#[cfg(feature = "log")]
+#[test]
+fn a_node_says_what_it_sees_go_wrong() {
+    let ring = |replicas| Setup { replicas, ..setup(("ring", 4), Schedule::Demand) };
+    let quiet = said::during(|| _ = run(&ring(2), 1, 0, 0, None));
+    assert!(quiet.iter().all(|line| !line.starts_with("ERROR")), "{quiet:?}");
+    let dead = said::during(|| _ = run(&ring(2), 1, 0, 0, Some((1, 40))));
+    assert!(dead.iter().any(|line| line.ends_with("node 1 lets a request wait")), "{dead:?}");
+    assert!(dead.iter().any(|line| line.contains("is asked for again")), "{dead:?}");
+    let lost = said::during(|| {
+        let setup = ring(1);
+        let (mut chunks, blocks) = memory(&setup);
+        let mut world = World::new(&setup, &mut chunks, &blocks);
+        let mut random = fastrand::Rng::with_seed(1);
+        world.act(Action::Crash(1));
+        while world.lost.is_none() {
+            let actions = world.actions();
+            world.act(actions[random.usize(..actions.len())]);
+        }
+    });
+    let names_a_block =
+        |line: &String| line.starts_with("ERROR") && line.contains("answers for block");
+    assert!(lost.iter().any(names_a_block), "{lost:?}");
+}
+
 #[test]
 fn after_a_request_in_vain_the_other_holder_is_asked() {
     let setup = Setup { replicas: 2, ..setup(("ring", 4), Schedule::Demand) };
