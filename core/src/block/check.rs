@@ -75,15 +75,15 @@ fn parts(view: &BlockView<'_>) -> Result<(), BlockError> {
         return Err(BlockError::Counts);
     }
     // Without an early end these loops are a few instructions for many bytes.
-    match view.bytes().get(view.content_end()..) {
-        Some(padding) if padding.iter().fold(0, |all, byte| all | byte) == 0 => Ok(()),
-        _ => Err(BlockError::Reserved),
+    let mut any = 0;
+    for byte in view.bytes().get(view.content_end()..).unwrap_or_default() {
+        any |= byte;
     }
+    if any == 0 { Ok(()) } else { Err(BlockError::Reserved) }
 }
 
 #[cfg_attr(feature = "bundles", inline(always))]
 fn vertices(view: &BlockView<'_>) -> Result<(), BlockError> {
-    let inside = |words: &[f32]| words.iter().fold(true, |all, x| all & (x.abs() <= 1.0));
     if inside(view.vertices().as_flattened()) {
         return Ok(());
     }
@@ -91,29 +91,56 @@ fn vertices(view: &BlockView<'_>) -> Result<(), BlockError> {
     Err(BlockError::Vertex { vertex: vertex.unwrap_or_default() as u16 })
 }
 
+/// Whether coordinates lie in the scene's box.
+#[cfg_attr(feature = "bundles", inline(always))]
+fn inside(words: &[f32]) -> bool {
+    let mut all = true;
+    for x in words {
+        all &= x.abs() <= 1.0;
+    }
+    all
+}
+
 #[cfg_attr(feature = "bundles", inline(always))]
 fn records(view: &BlockView<'_>, limits: &BlockLimits) -> Result<(), BlockError> {
     let (all, vertices) = (view.records(), view.vertices());
-    let is_known = |record: &Record| u32::from(record.material) < limits.materials;
-    let sound = |record: &Record| is_known(record) & primitives(record, view.header().vertices);
-    let is_sphere = |record: &Record| record.base & RECORD_SPHERES != 0;
-    let spheres = all.iter().fold(false, |any, record| any | is_sphere(record));
+    let mut spheres = false;
+    for record in all {
+        spheres |= is_sphere(record);
+    }
     if spheres && !cfg!(feature = "sphere") {
         return Err(BlockError::SpheresLeftOut);
     }
     // Lanes look at several records at once: without an early end and without branches.
-    let known =
-        cfg!(feature = "bundles") && all.iter().fold(true, |all, record| all & sound(record));
+    let mut known = cfg!(feature = "bundles");
+    if known {
+        for record in all {
+            known &= sound(record, view, limits);
+        }
+    }
     if known && !spheres {
         return Ok(());
     }
     let wrong = |record: &Record| {
-        !(known || sound(record)) || spheres && is_sphere(record) && !round(record, vertices)
+        !(known || sound(record, view, limits))
+            || spheres && is_sphere(record) && !round(record, vertices)
     };
     match all.iter().position(wrong) {
         Some(record) => Err(BlockError::Record { record: record as u16 }),
         None => Ok(()),
     }
+}
+
+#[inline(always)]
+fn is_sphere(record: &Record) -> bool {
+    record.base & RECORD_SPHERES != 0
+}
+
+/// Whether a record is, but for the places of its spheres.
+#[cfg_attr(feature = "bundles", inline(always))]
+fn sound(record: &Record, view: &BlockView<'_>, limits: &BlockLimits) -> bool {
+    let is_known = u32::from(record.material) < limits.materials;
+    is_known & primitives(record, view.header().vertices)
 }
 
 /// Whether a record holds at least one primitive, its unused places come last, and its indices are
@@ -131,15 +158,15 @@ fn primitives(record: &Record, vertices: u16) -> bool {
         | is_used(y >> 16 | z << 16) << 2
         | is_used(z >> 8) << 3;
     // Spheres leave the third index free. Unused places name the same vertex three times; it must exist as well, so that lanes may load it.
-    let spheres = cfg!(feature = "sphere") && record.base & RECORD_SPHERES != 0;
-    let free = 0_u32.wrapping_sub(u32::from(spheres));
+    let free = 0_u32.wrapping_sub(u32::from(cfg!(feature = "sphere") && is_sphere(record)));
     let indices = [x & !(free & 0x00ff_0000), y & !(free & 0x0000_ff00), z & !(free & 0xff00_00ff)];
     // Vertices from the base on: a byte that leads to none of them carries into the byte above it, which is free.
     let count = u32::from(vertices).saturating_sub(u32::from(record.base & !RECORD_SPHERES));
     let carry = 256_u32.saturating_sub(count) * 0x0001_0001;
-    let over = indices.iter().fold(0, |over, word| {
-        over | ((word & 0x00ff_00ff) + carry) | ((word >> 8 & 0x00ff_00ff) + carry)
-    });
+    let mut over = 0;
+    for word in indices {
+        over |= ((word & 0x00ff_00ff) + carry) | ((word >> 8 & 0x00ff_00ff) + carry);
+    }
     (used & 1 != 0) & (used & (used + 1) == 0) & (over & 0x0100_0100 == 0)
 }
 
@@ -180,7 +207,11 @@ fn tree(view: &BlockView<'_>) -> Result<(), BlockError> {
         if u16::from(levels) > header.height {
             return Err(BlockError::Depth);
         }
-        if !node.order.iter().fold(true, |all, &word| all & is_order(word)) {
+        let mut orders = true;
+        for &word in &node.order {
+            orders &= is_order(word);
+        }
+        if !orders {
             return Err(BlockError::Order { node: i });
         }
         // No one foresees what a child is: it is not branched upon.

@@ -224,6 +224,7 @@ pub const fn order_of(slots: [u8; 8]) -> u32 {
 }
 
 /// Whether a word of [`Node::order`] names each slot once, and nothing else.
+#[inline(always)]
 #[must_use]
 pub const fn is_order(word: u32) -> bool {
     let mut named = 0_u32;
