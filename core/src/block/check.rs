@@ -252,3 +252,53 @@ fn limits_of(header: &BlockHeader) -> [u16; 16] {
     let [a, b, c, d] = [0, 1, 2, 3].map(leaf);
     [header.nodes, header.refs, 0, 1, a, b, c, d, 0, 0, 0, 0, 0, 0, 0, 0]
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    /// [`primitives`], word by word of its description.
+    fn described(record: &Record, vertices: u16) -> bool {
+        let spheres = cfg!(feature = "sphere") && is_sphere(record);
+        let base = usize::from(record.base & !RECORD_SPHERES);
+        let exists = |i: u8| base + usize::from(i) < usize::from(vertices);
+        let is_used = |[a, b, c]: [u8; 3]| !(a == b && b == c);
+        let first_unused = record.index.iter().position(|&triple| !is_used(triple)).unwrap_or(4);
+        first_unused > 0
+            && record.index[first_unused..].iter().all(|&triple| !is_used(triple))
+            && record
+                .index
+                .iter()
+                .all(|&[a, b, c]| exists(a) && exists(b) && (spheres || exists(c)))
+    }
+
+    proptest! {
+        #[test]
+        fn records_are_what_is_described(
+            index in prop::array::uniform4(prop_oneof![
+                prop::array::uniform3(any::<u8>()),
+                prop::array::uniform3(0..4_u8),
+                any::<u8>().prop_map(|i| [i; 3]),
+                (any::<u8>(), any::<u8>()).prop_map(|(a, b)| [a, a, b]),
+                (any::<u8>(), any::<u8>()).prop_map(|(a, b)| [a, b, b]),
+            ]),
+            used in 0_usize..5,
+            base in prop_oneof![Just(0), 0..400_u16, any::<u16>()],
+            spheres: bool,
+            room in prop_oneof![(-2_i32..270).prop_map(|room| (0, room)), (-1_i32..3).prop_map(|more| (1, more))],
+        ) {
+            let mut record = Record { index, base, material: 0 };
+            // Half of them as the compiler makes them: what is unused comes last.
+            if used > 0 {
+                record.index[used..].iter_mut().for_each(|triple| *triple = [triple[0]; 3]);
+            }
+            record.base = base & !RECORD_SPHERES | if spheres { RECORD_SPHERES } else { 0 };
+            // Any number of vertices, or about as many as are named.
+            let greatest = record.index.as_flattened().iter().copied().max().map_or(0, i32::from);
+            let room = room.0 * greatest + room.1;
+            let vertices = (i32::from(base & !RECORD_SPHERES) + room).clamp(0, 65535) as u16;
+            prop_assert_eq!(primitives(&record, vertices), described(&record, vertices));
+        }
+    }
+}
