@@ -50,9 +50,11 @@ pub fn simulate(
     let camera = Camera::new(&options.view, width, height).ok_or(Error::View)?;
     let mesh = Mesh::new(options.mesh.topology);
     let mut layout = layout(file, options)?;
-    let shader = Shader::new(Tables::of(file), options.mesh.settings);
+    let tables = Tables::of(file);
+    let shader = Shader::new(tables, options.mesh.settings);
     let tiling = Tiling::new(width, height, layout.side());
-    let world = || {
+    let world = |tables| {
+        let shader = Shader::new(tables, options.mesh.settings);
         let scratch = ThreadScratch { together: options.profile.together };
         Picture::new(Auto::detect(), shader, camera, tiling, file.limits()).working_in(scratch)
     };
@@ -85,8 +87,11 @@ pub fn simulate(
         let here = NodeId(index);
         let rom = layout.rom(file, here);
         let mut arena = Arena::new(arena);
-        let rom = if options.mesh.owned_in_arena { rom.copied(&mut arena)? } else { rom };
-        Node::new(&mut arena, &plan, budget, layout.settings, rom, mesh, world())
+        let (rom, tables) = match options.mesh.owned_in_arena {
+            true => (rom.copied(&mut arena)?, tables.copied(&mut arena)?),
+            false => (rom, tables),
+        };
+        Node::new(&mut arena, &plan, budget, layout.settings, rom, mesh, world(tables))
     });
     let pool = pool(options, &mesh)?;
     let threads = pool.as_ref().map_or(1, ThreadPool::current_num_threads);

@@ -136,12 +136,10 @@ fn blocks_that_a_node_owns_may_lie_in_its_arena() {
             let within = same(&file, &options).report;
             // They take the place of frames.
             for (beside, within) in beside.nodes.iter().zip(&within.nodes) {
-                let bytes = within.owned_blocks as usize * 1024;
+                let tables = kiloray_core::shade::Tables::of(&file.view()).arena_bytes();
+                let bytes = within.owned_blocks as usize * 1024 + tables;
                 let line = within.lines.iter().find(|line| line.name == Line::Tables.name());
-                assert_eq!(
-                    line.map(|line| (line.bytes, line.peak)),
-                    Some((bytes, within.owned_blocks as usize))
-                );
+                assert_eq!(line.map(|line| (line.bytes, line.peak)), Some((bytes, bytes)));
                 assert!(within.memory == beside.memory && within.peak_bytes >= bytes);
             }
         }
@@ -173,7 +171,8 @@ fn nodes_with_fewer_links_send_no_longer_packets() {
 fn blocks_that_every_node_has_leave_room_for_its_own() {
     let file = scene("sinc:110", 1024);
     let mut options = options(&file, "torus:8x8", 64);
-    (options.mesh.memory, options.mesh.owned_in_arena) = (24 << 10, true);
+    let tables = kiloray_core::shade::Tables::of(&file.view()).arena_bytes();
+    (options.mesh.memory, options.mesh.owned_in_arena) = ((24 << 10) + tables, true);
     let report = same(&file, &options).report;
     let (all, nodes) = (file.view().blocks(), report.nodes.iter());
     assert!(nodes.clone().all(|node| node.owned_blocks <= all.div_ceil(64) + 2));

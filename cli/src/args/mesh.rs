@@ -24,7 +24,7 @@ pub(crate) struct Mesh {
     /// Nodes that are slower by a factor, as in 5:10 (repeatable)
     #[arg(long, value_name = "NODE:FACTOR", value_delimiter = ',', help_heading = "Mesh")]
     pub(crate) slow: Vec<Slow>,
-    /// Owned blocks lie in the arena too, as on a board without flash
+    /// Owned blocks and the tables of materials and lights lie in the arena too, as on a board without flash
     #[arg(long, help_heading = "Mesh")]
     pub(crate) owned_in_arena: bool,
 

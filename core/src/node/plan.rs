@@ -36,7 +36,7 @@ pub struct NodePlan {
     pub frames: usize,
     /// Bytes of a block.
     pub block_bytes: usize,
-    /// Blocks of its own that lie in the arena rather than in read-only memory.
+    /// Bytes of its share of the scene that lie in the arena rather than in read-only memory.
     pub owned: usize,
 }
 
@@ -51,7 +51,7 @@ pub struct NodeNeeds {
     pub block_bytes: usize,
     /// Blocks that it has to fetch when it needs them.
     pub remote: usize,
-    /// Blocks of its own that shall lie in the arena.
+    /// Bytes of its share of the scene, blocks and [tables](crate::shade::Tables::arena_bytes), that shall lie in the arena: whole chunks.
     pub owned: usize,
     /// How often a path may split, at most: `0` where no surface is specular.
     pub splits: usize,
@@ -157,8 +157,7 @@ impl NodePlan {
             let payload = piece.saturating_add(Item::PART_BYTES).next_multiple_of(64);
             payload.min(PAYLOAD_MAX)
         });
-        let owned = needs.block_bytes.saturating_mul(needs.owned);
-        let most = part(LONG_PART, memory.saturating_sub(owned));
+        let most = part(LONG_PART, memory.saturating_sub(needs.owned));
         let fits = |payload: &usize| {
             let one = Self::with_payload(&LEAST, memory, needs, *payload);
             let widest = RouterSize::new(&needs.mesh, NodeId(0), 1, *payload as u16);
@@ -279,9 +278,8 @@ impl NodePlan {
         let table = sum(&[frame_table_bytes(self.frames), fetches]);
         let pixels = self.tiles.saturating_mul(self.pixels());
         let frames = self.block_bytes.saturating_mul(self.frames);
-        let owned = self.block_bytes.saturating_mul(self.owned);
         [
-            LineBudget::new(Line::Tables, self.owned, Arena::bytes_of::<u8>(owned)),
+            LineBudget::new(Line::Tables, self.owned, self.owned),
             LineBudget::new(Line::Points, self.visits, roots),
             LineBudget::new(Line::Rays, self.rays, rays),
             LineBudget::new(

@@ -7,6 +7,7 @@ use crate::light::Aim;
 use crate::material::{Bsdf, Surface};
 use crate::real::{Part, Real, Vector};
 use crate::scene::{Light, LightKind, Material, MaterialKind, Needs};
+use crate::store::{Arena, ArenaFull};
 use core::f32::consts::LOG2_E;
 use glam::Vec3;
 
@@ -26,6 +27,25 @@ impl<'a> Tables<'a> {
     #[must_use]
     pub fn of(file: &KiloView<'a>) -> Self {
         Self { materials: file.materials(), lights: file.lights(), needs: *file.needs() }
+    }
+
+    /// What [`copied`](Self::copied) takes of an arena \[bytes\].
+    #[must_use]
+    pub fn arena_bytes(&self) -> usize {
+        let materials = Arena::bytes_of::<Material>(self.materials.len());
+        materials.saturating_add(Arena::bytes_of::<Light>(self.lights.len()))
+    }
+
+    /// The same tables in the arena, as on a machine that has no other memory.
+    ///
+    /// # Errors
+    /// [`ArenaFull`] if they do not fit.
+    pub fn copied<'m>(&self, arena: &mut Arena<'m>) -> Result<Tables<'m>, ArenaFull> {
+        let materials: &'m mut [Material] = arena.carve(self.materials.len())?;
+        materials.iter_mut().zip(self.materials).for_each(|(to, from)| *to = *from);
+        let lights: &'m mut [Light] = arena.carve(self.lights.len())?;
+        lights.iter_mut().zip(self.lights).for_each(|(to, from)| *to = *from);
+        Ok(Tables { materials, lights, needs: self.needs })
     }
 }
 

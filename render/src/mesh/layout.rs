@@ -5,7 +5,7 @@ use kiloray_core::node::{
     ShadowPolicy, TaskOrder, Time,
 };
 use kiloray_core::shade::{self, Shader, Tables};
-use kiloray_core::store::{Budget, BudgetError};
+use kiloray_core::store::{Arena, Budget, BudgetError};
 
 /// What decides how a run is divided among the nodes of a mesh.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -44,7 +44,7 @@ pub struct MeshOptions {
     pub refusals: u8,
     /// Side of a tile \[pixels\]; `None` for what suits the picture, the mesh and the memory.
     pub tile: Option<u16>,
-    /// The blocks that a node owns take part of its memory too.
+    /// The blocks that a node owns take part of its memory too, and so do the tables of the scene.
     pub owned_in_arena: bool,
 }
 
@@ -128,7 +128,8 @@ impl MeshLayout {
         let nodes = mesh.nodes();
         let placement = options.placement(file);
         let block_bytes = file.limits().block_bytes;
-        let splits = Shader::new(Tables::of(file), options.settings).splits(0);
+        let tables = Tables::of(file);
+        let splits = Shader::new(tables, options.settings).splits(0);
         let side = options.tile.map_or_else(|| side(options, nodes), u32::from).max(1);
         let plan = |here: NodeId, packet: usize| {
             let owned = placement.held(here) as usize;
@@ -137,7 +138,11 @@ impl MeshLayout {
                 here,
                 block_bytes,
                 remote: file.blocks() as usize - owned,
-                owned: if options.owned_in_arena { owned } else { 0 },
+                owned: if options.owned_in_arena {
+                    Arena::bytes_of::<u8>(owned * block_bytes) + tables.arena_bytes()
+                } else {
+                    0
+                },
                 splits,
                 schedule: options.schedule,
                 shadow: options.shadow,

@@ -117,9 +117,9 @@ impl Share<'_> {
             plan.fetches,
         ))?;
         match self.in_arena {
-            _ if owned_in_arena => {
-                line(format_args!("Its own blocks lie in the arena, and are counted."))?
-            }
+            _ if owned_in_arena => line(format_args!(
+                "Its own blocks and the tables of materials and lights lie in the arena, and are counted."
+            ))?,
             None => line(format_args!(
                 "Its own blocks are read in place, and not counted here; with --owned-in-arena they fit too."
             ))?,
@@ -127,10 +127,12 @@ impl Share<'_> {
                 "Its own blocks are read in place, and not counted here; with --owned-in-arena at least {need} bytes are needed."
             ))?,
         }
-        line(format_args!(
-            "Read in place too: {} bytes of tables (materials, lights, views).",
-            file.header().blocks_at
-        ))?;
+        if !owned_in_arena {
+            line(format_args!(
+                "Read in place too: {} bytes of tables (materials, lights, views).",
+                file.header().blocks_at
+            ))?;
+        }
         line(format_args!("{}", mesh::beside()))
     }
 }
