@@ -6,6 +6,7 @@ use crate::{
 };
 use kiloray_core::network::{NodeId, Topology};
 use kiloray_core::node::{Dealing, PointHome, Schedule, ShadowPolicy, TaskOrder};
+use kiloray_core::shade::Tables;
 use kiloray_core::store::Line;
 use kiloray_scene::kilo::KiloFile;
 use kiloray_scene::{builtin, compile};
@@ -126,6 +127,7 @@ fn the_picture_does_not_depend_on_schedule_placement_memory_or_links() {
 #[test]
 fn blocks_that_a_node_owns_may_lie_in_its_arena() {
     let file = scene("glass", 1024);
+    let tables = Tables::of(&file.view()).arena_bytes();
     for dealing in [Dealing::Subtrees, Dealing::RoundRobin] {
         for replicas in [1, 2, 5] {
             let mut options = options(&file, "torus:4x2", 8);
@@ -136,7 +138,6 @@ fn blocks_that_a_node_owns_may_lie_in_its_arena() {
             let within = same(&file, &options).report;
             // They take the place of frames.
             for (beside, within) in beside.nodes.iter().zip(&within.nodes) {
-                let tables = kiloray_core::shade::Tables::of(&file.view()).arena_bytes();
                 let bytes = within.owned_blocks as usize * 1024 + tables;
                 let line = within.lines.iter().find(|line| line.name == Line::Tables.name());
                 assert_eq!(line.map(|line| (line.bytes, line.peak)), Some((bytes, bytes)));
@@ -171,7 +172,7 @@ fn nodes_with_fewer_links_send_no_longer_packets() {
 fn blocks_that_every_node_has_leave_room_for_its_own() {
     let file = scene("sinc:110", 1024);
     let mut options = options(&file, "torus:8x8", 64);
-    let tables = kiloray_core::shade::Tables::of(&file.view()).arena_bytes();
+    let tables = Tables::of(&file.view()).arena_bytes();
     (options.mesh.memory, options.mesh.owned_in_arena) = ((24 << 10) + tables, true);
     let report = same(&file, &options).report;
     let (all, nodes) = (file.view().blocks(), report.nodes.iter());

@@ -1,7 +1,7 @@
 use std::{fmt, path::PathBuf, str::FromStr};
 
 use clap::{ArgMatches, Args, ValueEnum, ValueHint, parser::ValueSource};
-use kiloray_core::network::NODES_MAX;
+use kiloray_core::{network::NODES_MAX, node::Dealing};
 use serde::Serialize;
 
 use super::{
@@ -111,6 +111,15 @@ pub(crate) enum Placement {
     Subtrees,
     /// One block to each node in turn
     RoundRobin,
+}
+
+impl From<Placement> for Dealing {
+    fn from(placement: Placement) -> Self {
+        match placement {
+            Placement::Subtrees => Self::Subtrees,
+            Placement::RoundRobin => Self::RoundRobin,
+        }
+    }
 }
 
 /// Who traces shadow rays.

@@ -1,5 +1,5 @@
 use kiloray_core::network::NodeId;
-use kiloray_core::node::{Dealing, Placement, Rom};
+use kiloray_core::node::{Placement, Rom};
 use kiloray_core::scene::Needs;
 use kiloray_scene::{compile::Stats, kilo};
 use serde_json::{Value, json};
@@ -95,10 +95,7 @@ impl Shares {
         let file = scene.file.view();
         let block_bytes = file.header().block_bytes;
         let placement = Placement {
-            dealing: match arguments.placement {
-                args::Placement::Subtrees => Dealing::Subtrees,
-                args::Placement::RoundRobin => Dealing::RoundRobin,
-            },
+            dealing: arguments.placement.into(),
             blocks: file.blocks(),
             nodes: nodes as u16,
             top: file.blocks().min(1),

@@ -66,10 +66,7 @@ pub(super) fn with(
             args::Points::Owner => node::PointHome::Owner,
         };
     }
-    options.dealing = match division.placement {
-        args::Placement::Subtrees => node::Dealing::Subtrees,
-        args::Placement::RoundRobin => node::Dealing::RoundRobin,
-    };
+    options.dealing = division.placement.into();
     let block_bytes = u64::from(file.header().block_bytes);
     options.top = division.top.map(|top| top.blocks(block_bytes));
     options.replicas = replicas(division, &options.topology)?;

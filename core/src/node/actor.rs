@@ -3,6 +3,7 @@ use super::outbox::Outbox;
 use super::rom::Blocks;
 use super::rules::Rule;
 use super::slots::{FetchSlot, RaySlot, Root, RootState, Serve, ShadowSlot, Stage};
+use super::tell::tell;
 use super::tiles::Tiles;
 use super::{
     Counts, Lack, Next, NodePlan, Prefetch, Progress, RayKind, Rom, Settings, ShadowPolicy, Time,
@@ -339,6 +340,12 @@ impl<'a, W: World> Node<'a, W> {
     /// Counts what nobody waited for: it is dropped.
     pub(super) fn note_unasked(&mut self) {
         self.counts.unasked = self.counts.unasked.saturating_add(1);
+    }
+
+    /// Counts a packet of which the rest cannot be read: it is dropped.
+    pub(super) fn note_damaged(&mut self) {
+        tell!(warn, "node {}: a packet came damaged", self.here.0);
+        self.counts.damaged = self.counts.damaged.saturating_add(1);
     }
 
     pub(super) fn note_deadline(&mut self, at: Time) {

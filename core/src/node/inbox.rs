@@ -1,6 +1,5 @@
 use super::rules::Rule;
 use super::slots::Serve;
-use super::tell::tell;
 use super::{Node, Time, World};
 use crate::network::{Channel, HOST, NodeId};
 use crate::protocol::{Items, Message};
@@ -59,8 +58,7 @@ impl<W: World> Node<'_, W> {
         let message = items.next();
         let used = before.saturating_sub(items.rest_len());
         let Some(message) = message else {
-            tell!(warn, "node {}: a packet came damaged", self.here.0);
-            self.counts.damaged = self.counts.damaged.saturating_add(1);
+            self.note_damaged();
             return None;
         };
         self.work.messages = self.work.messages.saturating_add(1);
@@ -152,8 +150,7 @@ impl<W: World> Node<'_, W> {
         self.inbox_at = self.inbox_len.saturating_sub(items.rest_len());
         let used = bytes.len().saturating_sub(items.rest_len());
         let Some(message) = message else {
-            tell!(warn, "node {}: a packet came damaged", self.here.0);
-            self.counts.damaged = self.counts.damaged.saturating_add(1);
+            self.note_damaged();
             return;
         };
         self.work.messages = self.work.messages.saturating_add(1);

@@ -61,14 +61,26 @@ impl<'a> Outbox<'a> {
         counts: &mut Counts,
         work: &mut Work,
     ) -> bool {
+        let alone = self.push_alone(router, to, message, counts);
+        let pushed = alone.or_else(|| self.push_among(router, to, message, now, counts, work));
+        let Some(bytes) = pushed else { return false };
+        counts.sent.note(message, bytes);
+        work.messages = work.messages.saturating_add(1);
+        work.copied = work.copied.saturating_add(bytes as u64);
+        true
+    }
+
+    /// Adds a message to the bundle for where it goes: its length, if there is room.
+    fn push_among(
+        &mut self,
+        router: &mut Router<'_>,
+        to: NodeId,
+        message: &Message<'_>,
+        now: Time,
+        counts: &mut Counts,
+        work: &mut Work,
+    ) -> Option<usize> {
         let (channel, priority) = (message.channel(), message.priority());
-        if let Some(bytes) = self.push_alone(router, to, message) {
-            counts.packets = counts.packets.saturating_add(1);
-            counts.sent.note(message, bytes);
-            work.messages = work.messages.saturating_add(1);
-            work.copied = work.copied.saturating_add(bytes as u64);
-            return true;
-        }
         let fits = |open: &Open| open.is(channel) && open.to == to.0 && open.priority == priority;
         let payload = router.payload_of(channel);
         let mut found = None;
@@ -88,7 +100,7 @@ impl<'a> Outbox<'a> {
                 Some(at) => at,
                 None => {
                     let oldest = self.oldest(channel).filter(|_| router.room(channel) > 0);
-                    let Some(at) = oldest else { return false };
+                    let at = oldest?;
                     self.send(router, at, counts, work);
                     at
                 }
@@ -99,11 +111,7 @@ impl<'a> Outbox<'a> {
             let open = self.open.iter().filter(|open| open.state != 0).count();
             self.peak = self.peak.max(open);
         }
-        let Some(bytes) = found else { return false };
-        counts.sent.note(message, bytes);
-        work.messages = work.messages.saturating_add(1);
-        work.copied = work.copied.saturating_add(bytes as u64);
-        true
+        found
     }
 
     /// Writes a piece of a block that leaves no room for others straight into the router, unless others wait to go there: its length.
@@ -112,18 +120,20 @@ impl<'a> Outbox<'a> {
         router: &mut Router<'_>,
         to: NodeId,
         message: &Message<'_>,
+        counts: &mut Counts,
     ) -> Option<usize> {
         // A board's packets are short: it would take more flash than it saves time.
-        let Message::Part { bytes, .. } = message else { return None };
         if !cfg!(feature = "bundles") {
             return None;
         }
+        let Message::Part { bytes, .. } = message else { return None };
         let len = bytes.len().checked_add(Item::PART_BYTES)?;
         let channel = message.channel();
         if len <= router.payload_of(channel) / 2 || self.open.iter().any(|open| open.is(channel)) {
             return None;
         }
         let room = router.inject_room(to, channel, message.priority(), len).ok()?;
+        counts.packets = counts.packets.saturating_add(1);
         write(room, 0, message)
     }
 

@@ -26,6 +26,7 @@ pub(super) fn copy_ns() -> f64 {
 pub(super) fn check_ns() -> Outcome<f64> {
     const SCENES: [&str; 4] = ["sphereflake", "colour-cube", "conference", "sinc"];
     const BLOCK: usize = 4096;
+    let tracer = Auto::detect();
     let mut mean = 0.0;
     for scene in SCENES {
         let model = builtin::build(scene).map_err(Failure::new)?;
@@ -38,8 +39,7 @@ pub(super) fn check_ns() -> Outcome<f64> {
         let mut bytes = 0;
         while bytes < BYTES {
             for (block, block_bytes) in (0..).zip(blocks.chunks(BLOCK)) {
-                black_box(Auto::detect().check(block_bytes, block, &limits))
-                    .map_err(Failure::new)?;
+                black_box(tracer.check(block_bytes, block, &limits)).map_err(Failure::new)?;
                 bytes += BLOCK as u64;
             }
         }
