@@ -34,7 +34,9 @@ impl PathKey {
     }
 }
 
-/// The finaliser of SplitMix64 (Steele, Lea, Flood 2014; constants: Stafford's variant 13): a bijection of 64 bits.
+/// The finaliser of SplitMix64 (Steele, Lea, Flood 2014; constants: Stafford's variant 13): a bijection of 64 bits. A board has it once: a dozen copies would take
+/// a kilobyte of its flash.
+#[cfg_attr(not(feature = "bundles"), inline(never))]
 pub(crate) const fn mix(x: u64) -> u64 {
     let x = x.wrapping_add(0x9e37_79b9_7f4a_7c15);
     let x = (x ^ x >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);

@@ -65,6 +65,13 @@ impl Sequence {
         Self { shuffle, x, y: hash(x ^ 0x1b56_c4e9) }
     }
 
+    /// The power of two that is the first not below a number of points: see [`middles`](Self::middles).
+    #[must_use]
+    pub const fn fine(points: u32) -> u32 {
+        let fine = u32::BITS - points.saturating_sub(1).leading_zeros();
+        if fine < FINEST { fine } else { FINEST }
+    }
+
     /// Point `index`: two numbers in [0, 1), multiples of 2⁻²⁴.
     #[must_use]
     pub fn point(self, index: u32) -> [f32; 2] {
@@ -75,14 +82,27 @@ impl Sequence {
     #[inline(always)]
     #[must_use]
     pub fn points<B: Bits>(self, index: B) -> [B::Real; 2] {
-        B::Real::apart(Points { sequence: self, index })
+        self.middles(index, FINEST)
+    }
+
+    /// The points of several indices, each moved to the middle of its column and row of 2 to the power `fine`, 31 at most. Of an aligned run of so many
+    /// points each has both for itself.
+    #[inline(always)]
+    #[must_use]
+    pub fn middles<B: Bits>(self, index: B, fine: u32) -> [B::Real; 2] {
+        B::Real::apart(Points { sequence: self, index, half: 0x8000_0000_u32.wrapping_shr(fine) })
     }
 }
 
-/// [`Sequence::points`].
+/// Columns and rows of a power of two as great are narrower than numbers have digits: all points are in their middles.
+const FINEST: u32 = 31;
+
+/// [`Sequence::middles`].
 struct Points<B> {
     sequence: Sequence,
     index: B,
+    /// Half a column, in parts of 2³².
+    half: u32,
 }
 
 impl<B: Bits> Part for Points<B> {
@@ -90,9 +110,10 @@ impl<B: Bits> Part for Points<B> {
 
     #[inline(always)]
     fn run(self) -> Self::Result {
-        let Self { sequence: Sequence { shuffle, x, y }, index } = self;
+        let Self { sequence: Sequence { shuffle, x, y }, index, half } = self;
         let index = owen(index.reversed(), shuffle).reversed();
-        [unit(owen(index, x).reversed()), unit(owen(pascal(index), y).reversed())]
+        let middle = |at: B| unit(at & half.wrapping_neg() << 1 ^ half);
+        [middle(owen(index, x).reversed()), middle(owen(pascal(index), y).reversed())]
     }
 }
 

@@ -12,7 +12,9 @@ use glam::Vec3;
 #[repr(C)]
 pub struct Camera {
     /// A [`ViewKind`].
-    kind: u32,
+    kind: u16,
+    /// A pixel has two to this many columns and rows for its samples.
+    fine: u16,
     position: [f32; 3],
     direction: [f32; 3],
     /// The width of the picture, at distance 1 where it is a perspective.
@@ -27,10 +29,10 @@ pub struct Camera {
 }
 
 impl Camera {
-    /// Prepares a view for a picture of `width × height` pixels; `None` if it shows nothing: a size of zero or of
+    /// Prepares a view for a picture of `width × height` pixels of so many samples; `None` if it shows nothing: a size of zero or of
     /// 180° and more, an up vector along the direction, a NaN.
     #[must_use]
-    pub fn new(view: &View, width: u32, height: u32) -> Option<Self> {
+    pub fn new(view: &View, width: u32, height: u32, samples: u32) -> Option<Self> {
         let parallel = view.kind == ViewKind::Parallel as u32;
         let direction = unit(Vec3::from(view.direction))?;
         let right = unit(direction.cross(unit(Vec3::from(view.up))?))?;
@@ -38,7 +40,8 @@ impl Camera {
         let [h, v] = view.size.map(|size| if parallel { size } else { 2.0 * tan_half(size) });
         let (right, up) = (right * h, up * v);
         let camera = Self {
-            kind: view.kind,
+            kind: view.kind as u16,
+            fine: Sequence::fine(samples) as u16,
             position: view.position,
             direction: direction.to_array(),
             right: right.to_array(),
@@ -62,11 +65,15 @@ impl Camera {
     /// The ray of a path's camera sample through pixel `(x, y)`, row 0 at the top; `key` is
     /// [`PathKey::camera`]. Its direction has unit length.
     ///
-    /// The samples of a pixel are spread over it evenly (a box filter), by one [`Sequence`].
+    /// The samples of a pixel are spread over it evenly (a box filter), by one [`Sequence`]. If they are a power of two, each has one of as many
+    /// columns and rows of the pixel for itself, and lies in the middle of both: so what changes evenly from one side to the other is no error.
     #[must_use]
     #[cfg_attr(feature = "bundles", inline(always))]
     pub fn ray(&self, x: u32, y: u32, key: PathKey) -> Ray {
-        let [sx, sy] = Sequence::new(key, Purpose::Pixel).point(key.sample);
+        let [sx, sy] = match u32::from(self.fine) {
+            0 => [0.5; 2],
+            fine => Sequence::new(key, Purpose::Pixel).middles(key.sample, fine),
+        };
         self.ray_at((x as f32 + sx) * self.step[0], (y as f32 + sy) * self.step[1])
     }
 
@@ -78,7 +85,7 @@ impl Camera {
             [self.position, self.direction, self.right, self.up].map(Vec3::from);
         let aside = right * (x - 0.5 + self.offset[0]) + up * (0.5 - y + self.offset[1]);
         // Clipping planes are at right angles to the view: in units of an oblique ray they are farther.
-        let (origin, direction, scale) = if self.kind == ViewKind::Parallel as u32 {
+        let (origin, direction, scale) = if u32::from(self.kind) == ViewKind::Parallel as u32 {
             (position + aside, forward, 1.0)
         } else {
             let direction = forward + aside;
@@ -123,7 +130,7 @@ mod tests {
 
     #[test]
     fn the_edges_of_a_perspective_are_at_half_its_angles() {
-        let camera = Camera::new(&view(ViewKind::Perspective), 300, 200).unwrap();
+        let camera = Camera::new(&view(ViewKind::Perspective), 300, 200, 1).unwrap();
         let slope = |d: Vec3| (d.x / d.y, d.z / d.y);
         let (right, top) = (30_f64.to_radians().tan() as f32, 20_f64.to_radians().tan() as f32);
         for (x, y, h, v) in
@@ -139,15 +146,16 @@ mod tests {
     #[test]
     fn shift_and_lift_move_the_window_by_parts_of_the_picture() {
         for kind in [ViewKind::Perspective, ViewKind::Parallel] {
-            let plain = Camera::new(&view(kind), 10, 10).unwrap();
-            let moved = Camera::new(&View { offset: [0.25, 0.5], ..view(kind) }, 10, 10).unwrap();
+            let plain = Camera::new(&view(kind), 10, 10, 1).unwrap();
+            let moved =
+                Camera::new(&View { offset: [0.25, 0.5], ..view(kind) }, 10, 10, 1).unwrap();
             assert_eq!(moved.ray_at(0.5, 0.75), plain.ray_at(0.75, 0.25));
         }
     }
 
     #[test]
     fn a_parallel_view_has_its_size_in_lengths() {
-        let camera = Camera::new(&view(ViewKind::Parallel), 10, 10).unwrap();
+        let camera = Camera::new(&view(ViewKind::Parallel), 10, 10, 1).unwrap();
         let (a, b) = (camera.ray_at(0.0, 0.0), camera.ray_at(1.0, 1.0));
         assert_eq!((a.direction, b.direction), (Vec3::Y, Vec3::Y));
         assert!((b.origin - a.origin - Vec3::new(60.0, 0.0, -40.0)).length() < 1e-4);
@@ -156,15 +164,43 @@ mod tests {
     #[test]
     fn clipping_planes_are_planes() {
         let clipped = View { clip: [0.5, 2.0], ..view(ViewKind::Perspective) };
-        let ray = Camera::new(&clipped, 10, 10).unwrap().ray_at(0.0, 1.0);
+        let ray = Camera::new(&clipped, 10, 10, 1).unwrap().ray_at(0.0, 1.0);
         assert!((ray.direction.y * ray.t_min - 0.5).abs() < 1e-6);
         assert!((ray.direction.y * ray.t_max - 2.0).abs() < 1e-6);
     }
 
     #[test]
+    fn samples_have_the_middles_of_columns_and_rows_for_themselves() {
+        let (width, height) = (16, 8);
+        for samples in [1, 2, 8, 32] {
+            let camera = Camera::new(&view(ViewKind::Parallel), width, height, samples).unwrap();
+            let corner = camera.ray_at(0.0, 0.0).origin;
+            let across = camera.ray_at(1.0, 0.0).origin - corner;
+            let down = camera.ray_at(0.0, 1.0).origin - corner;
+            for (x, y) in [(0, 0), (3, 7), (15, 2)] {
+                let [mut columns, mut rows] =
+                    [vec![0; samples as usize], vec![0; samples as usize]];
+                for sample in 0..samples {
+                    let key = PathKey::camera(5, y * width + x, sample);
+                    let origin = camera.ray(x, y, key).origin - corner;
+                    let count = |axis: Vec3, pixels: u32, pixel: u32, cells: &mut [i32]| {
+                        let at = origin.dot(axis) / axis.dot(axis) * pixels as f32;
+                        let cell = (at - pixel as f32) * samples as f32 - 0.5;
+                        assert!((cell - cell.round()).abs() < 0.01, "{at}");
+                        cells[cell.round() as usize] += 1;
+                    };
+                    count(across, width, x, &mut columns);
+                    count(down, height, y, &mut rows);
+                }
+                assert!(columns.iter().chain(&rows).all(|&count| count == 1));
+            }
+        }
+    }
+
+    #[test]
     fn a_view_that_shows_nothing_is_refused() {
         let good = view(ViewKind::Perspective);
-        assert!(Camera::new(&good, 0, 10).is_none());
+        assert!(Camera::new(&good, 0, 10, 1).is_none());
         for bad in [
             View { up: [0.0, -3.0, 0.0], ..good },
             View { direction: [0.0; 3], ..good },
@@ -174,7 +210,7 @@ mod tests {
             View { position: [f32::INFINITY, 0.0, 0.0], ..good },
             View { offset: [0.0, f32::NAN], ..good },
         ] {
-            assert!(Camera::new(&bad, 10, 10).is_none(), "{bad:?}");
+            assert!(Camera::new(&bad, 10, 10, 1).is_none(), "{bad:?}");
         }
     }
 }

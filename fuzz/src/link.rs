@@ -41,7 +41,7 @@ fn setup() -> Setup {
         depth: 1,
         bounces: 4,
         refusals: 1,
-        camera: Camera::new(&file.views()[0], 16, 16).expect("the view shows something"),
+        camera: Camera::new(&file.views()[0], 16, 16, 1).expect("the view shows something"),
         ..Setup::zeroed()
     };
     assert!(setup.mesh().is_some());

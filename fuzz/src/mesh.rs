@@ -163,7 +163,7 @@ impl BlockSource for Patchy<'_> {
 pub(crate) fn rays() -> Vec<Vec<u8>> {
     let file = SCENE.view();
     let view = file.views().first().copied().expect("it has a view");
-    let camera = Camera::new(&view, 4, 4).expect("it shows something");
+    let camera = Camera::new(&view, 4, 4, 1).expect("it shows something");
     let mut seeds = Vec::new();
     for pixel in 0..16 {
         let key = PathKey::camera(0, pixel, 0);

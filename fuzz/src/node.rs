@@ -97,7 +97,7 @@ impl<'a> Bench<'a> {
         let file = SCENE.view();
         let (plan, settings, mesh) = Self::plan(schedule);
         let view = file.views().first().expect("it has a view");
-        let camera = Camera::new(view, 8, 8).expect("it shows something");
+        let camera = Camera::new(view, 8, 8, 1).expect("it shows something");
         let shading = shade::Settings { samples: 1, ..shade::Settings::default() };
         let tiling = Tiling::new(8, 8, 4);
         let world = Picture::new(

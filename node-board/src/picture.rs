@@ -41,12 +41,15 @@ pub(crate) enum PictureError {
 /// The camera of the file's first view.
 pub(crate) fn camera(file: &KiloView<'_>) -> Result<Camera, PictureError> {
     let view = file.views().first().ok_or(PictureError::View)?;
-    Camera::new(view, SIZE, SIZE).ok_or(PictureError::View)
+    Camera::new(view, SIZE, SIZE, SAMPLES).ok_or(PictureError::View)
 }
 
-/// The file's light and materials, with 4 camera paths a pixel.
+/// Camera paths per pixel.
+const SAMPLES: u32 = 4;
+
+/// The file's light and materials.
 pub(crate) fn shader<'a>(file: &KiloView<'a>) -> Shader<'a> {
-    let settings = Settings { samples: 4, ..Settings::default() };
+    let settings = Settings { samples: SAMPLES, ..Settings::default() };
     Shader::new(Tables::of(file), settings)
 }
 

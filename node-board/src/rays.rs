@@ -33,7 +33,7 @@ pub(crate) struct Hits {
 /// Traces a picture of camera rays, and from each hit one ray into the scene.
 pub(crate) fn trace(file: &KiloView<'_>, cursor: &mut Cursor) -> Result<Hits, RaysError> {
     let view = file.views().first().ok_or(RaysError::File)?;
-    let camera = Camera::new(view, SIZE, SIZE).ok_or(RaysError::File)?;
+    let camera = Camera::new(view, SIZE, SIZE, 1).ok_or(RaysError::File)?;
     let mut all = Hits::default();
     for y in 0..SIZE {
         for x in 0..SIZE {

@@ -68,7 +68,9 @@ impl Job {
         };
         let time = |time: Duration| Time(time.as_nanos() as u64);
         let layout = MeshLayout::new(file, &options, |_| (time(FIRST_LIMIT), time(BUNDLE_AGE)))?;
-        let camera = Camera::new(&View::from(picture.view), width, height).ok_or(Error::View)?;
+        let view = View::from(picture.view);
+        let camera =
+            Camera::new(&view, width, height, options.settings.samples).ok_or(Error::View)?;
         let text = Config { addresses: Vec::new(), scene: "".into(), tls: None, ..config.clone() }
             .to_text()?;
         Ok(Self {

@@ -47,7 +47,8 @@ pub fn simulate(
     if width.checked_mul(height).is_none_or(|pixels| pixels == 0) {
         return Err(Error::Size { width, height });
     }
-    let camera = Camera::new(&options.view, width, height).ok_or(Error::View)?;
+    let samples = options.mesh.settings.samples;
+    let camera = Camera::new(&options.view, width, height, samples).ok_or(Error::View)?;
     let mesh = Mesh::new(options.mesh.topology);
     let mut layout = layout(file, options)?;
     let tables = Tables::of(file);

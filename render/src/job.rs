@@ -96,7 +96,7 @@ fn with<T: Tracer + Send + Sync>(
     if width.checked_mul(height).is_none() {
         return Err(size());
     }
-    let camera = Camera::new(&options.view, width, height);
+    let camera = Camera::new(&options.view, width, height, options.settings.samples);
     let mut picture = Picture::new(width, height).ok_or_else(size)?;
     let job = Job {
         shader: Shader::new(Tables::of(file), options.settings),

@@ -61,7 +61,7 @@ impl Visibility for Plain<'_> {
 /// The picture of [`Shader::trace`], path by path.
 fn reference(file: &KiloView<'_>, options: &Options) -> (Vec<[u32; 3]>, Counts) {
     let shader = Shader::new(Tables::of(file), options.settings);
-    let camera = Camera::new(&options.view, WIDTH, HEIGHT).unwrap();
+    let camera = Camera::new(&options.view, WIDTH, HEIGHT, options.settings.samples).unwrap();
     let mut plain = Plain(*file, Cursor::new());
     let mut counts = Counts::default();
     let mut pixels = Vec::new();

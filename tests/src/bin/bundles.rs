@@ -125,7 +125,7 @@ fn measure(scene: &str, arguments: &Arguments) -> Result<(), Box<dyn std::error:
     let header = *file.header();
     let view = file.views().first().ok_or("no view")?;
     let (size, tile) = (arguments.size, arguments.tile);
-    let camera = Camera::new(view, size, size).ok_or("the view shows nothing")?;
+    let camera = Camera::new(view, size, size, 1).ok_or("the view shows nothing")?;
     let nesting = file.trusted_block(0).ok_or("no surfaces")?.header().nesting;
     let lights = file.lights().to_vec();
     let (mut tiles, mut shadows) = (Sums::default(), Sums::default());

@@ -78,7 +78,7 @@ fn by_two_nodes(
 ) -> (kiloray_render::Picture, Time) {
     let mesh = Mesh::new(Topology::parse("line", 2).expect("a shape that exists"));
     let shader = Shader::new(Tables::of(file), settings());
-    let camera = Camera::new(&file.views()[0], WIDTH, HEIGHT).expect("a view");
+    let camera = Camera::new(&file.views()[0], WIDTH, HEIGHT, settings().samples).expect("a view");
     let tiling = Tiling::new(WIDTH, HEIGHT, SIDE);
     let placement = Placement {
         dealing: Dealing::Subtrees,

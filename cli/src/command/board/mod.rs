@@ -240,7 +240,7 @@ fn setup(scene: &Scene, options: &Options, mesh: &Mesh) -> Outcome<Setup> {
         let area = u64::from(*side) * u64::from(*side);
         pixels >= area * u64::from(TILES_PER_NODE) * u64::from(mesh.nodes())
     };
-    let camera = Camera::new(&options.view, options.width, options.height);
+    let camera = Camera::new(&options.view, options.width, options.height, samples);
     let setup = Setup {
         version: Setup::VERSION,
         scene: scene.file.view().header().crc,

@@ -11,7 +11,7 @@ use kiloray_no_panic::{any, entry};
 
 entry!({
     let key = PathKey::camera(any(), any(), any());
-    if let Some(camera) = Camera::new(&any::<View>(), any(), any()) {
+    if let Some(camera) = Camera::new(&any::<View>(), any(), any(), any()) {
         black_box((camera.ray(any(), any(), key), camera.ray_at(any(), any())));
     }
     black_box(Sequence::new(key, Purpose::Light(any())).point(any()));
