@@ -46,24 +46,38 @@ impl<R: Real> Part for SinCos<R> {
 }
 
 /// The angle \[radians\] of a vector to the x axis, in (-π, π]. Error: 2⁻²² of it.
-pub(crate) fn angle(y: f32, x: f32) -> f32 {
-    const ATAN: [f32; 9] = [
-        1.0,
-        -0.333_330_72,
-        0.199_926_2,
-        -0.142_036_45,
-        0.106_409_34,
-        -0.075_042_956,
-        0.042_691_53,
-        -0.016_068_636,
-        0.002_849_891_3,
-    ];
-    let steep = y.abs() > x.abs();
-    let z = if steep { x.abs() / y.abs() } else { y.abs() / x.abs() };
-    let angle = z * polynomial(z * z, &ATAN);
-    let angle = if steep { FRAC_PI_2 - angle } else { angle };
-    let angle = if x < 0.0 { PI - angle } else { angle };
-    angle.copysign(y)
+#[inline(always)]
+pub(crate) fn angle<R: Real>(y: R, x: R) -> R {
+    R::apart(Angle(y, x))
+}
+
+struct Angle<R>(R, R);
+
+impl<R: Real> Part for Angle<R> {
+    type Result = R;
+
+    #[inline(always)]
+    fn run(self) -> R {
+        const ATAN: [f32; 9] = [
+            1.0,
+            -0.333_330_72,
+            0.199_926_2,
+            -0.142_036_45,
+            0.106_409_34,
+            -0.075_042_956,
+            0.042_691_53,
+            -0.016_068_636,
+            0.002_849_891_3,
+        ];
+        let Self(y, x) = self;
+        let (up, aside) = (y.abs(), x.abs());
+        let is_steep = up.above(aside);
+        let z = R::select(is_steep, aside, up) / R::select(is_steep, up, aside);
+        let angle = z * polynomial(z * z, &ATAN);
+        let angle = R::select(is_steep, -angle + FRAC_PI_2, angle);
+        let angle = R::select((-x).is_positive(), -angle + PI, angle);
+        angle.copysign(y)
+    }
 }
 
 /// The arc sine \[radians\] of -1 to 1. Error: 2⁻²² of it.

@@ -306,6 +306,17 @@ impl<R: Real> Vector<R> {
         self.x * v.x + self.y * v.y + self.z * v.z
     }
 
+    /// The vector at right angles to both.
+    #[inline(always)]
+    #[must_use]
+    pub fn cross(self, other: Self) -> Self {
+        Self {
+            x: self.y * other.z - other.y * self.z,
+            y: self.z * other.x - other.z * self.x,
+            z: self.x * other.y - other.x * self.y,
+        }
+    }
+
     /// Its length.
     #[inline(always)]
     #[must_use]

@@ -243,7 +243,7 @@ fn on_sphere(ray: &Ray, t: f32, center: Vec3, radius: f32, inward: bool) -> Surf
 #[cfg_attr(feature = "bundles", inline(always))]
 fn unit(v: DVec3) -> Option<DVec3> {
     let length = libm::sqrt(v.length_squared());
-    (length > 0.0 && length < f64::INFINITY).then(|| v / length)
+    (length > 0.0 && length < f64::INFINITY).then(|| v * (1.0 / length))
 }
 
 impl PreparedRay {

@@ -5,6 +5,7 @@ use crate::geometry::rounding::UNIT_ROUNDOFF;
 use crate::material::Surface;
 use crate::real::{Real, Vector};
 use crate::scene::{Light, LightKind};
+use crate::trace::Tracer;
 use glam::Vec3;
 
 /// A light as one point sees it. [`prepare`](Self::prepare) it before taking samples.
@@ -147,10 +148,10 @@ impl Aim {
     /// The integral of the cosine over the light, in closed form: what it brings to a white surface of this normal without shadows is the radiance
     /// times this over π. `None` if it is not wholly above the surface, or there is no such form.
     #[must_use]
-    pub fn projected(&self, normal: Vec3) -> Option<f32> {
+    pub fn projected<T: Tracer>(&self, tracer: T, normal: Vec3) -> Option<f32> {
         match &self.shape {
             _ if self.cone_cos > -1.0 => None,
-            Shape::Flat(flat) => flat.projected(self.from, normal),
+            Shape::Flat(flat) => flat.projected(tracer, self.from, normal),
             Shape::Ball(ball) => ball.projected(normal),
             Shape::Point(_) | Shape::Cap(_) => None,
         }

@@ -1,11 +1,12 @@
 use super::aim::{Aim, Dark};
 use super::ellipse::Ellipse;
-use super::projected;
+use super::projected::Polygon;
 use super::rectangle::Rectangle;
 use super::triangle::SphericalTriangle;
 use crate::elementary::sin_cos_of_turns;
 use crate::real::{Part, Real, Vector};
 use crate::scene::{Light, LightKind};
+use crate::trace::Tracer;
 use core::f32::consts::PI;
 use glam::Vec3;
 
@@ -156,15 +157,14 @@ impl Flat {
     }
 
     /// The integral of the cosine over all of it, if it is wholly above the surface and has corners.
-    pub(super) fn projected(&self, from: Vec3, normal: Vec3) -> Option<f32> {
-        let first = self.position - from;
-        let (second, last) = (first + self.u, first + self.v);
-        let third = match self.kind {
-            LightKind::Parallelogram => second + self.v,
-            LightKind::Triangle => last,
-            _ => return None,
-        };
-        projected::polygon(&[first, second, third, last], self.height, normal)
+    pub(super) fn projected<T: Tracer>(&self, tracer: T, from: Vec3, normal: Vec3) -> Option<f32> {
+        let Self { u, v, height, .. } = *self;
+        if self.kind == LightKind::Disc {
+            return None;
+        }
+        let is_triangle = self.kind == LightKind::Triangle;
+        let polygon = Polygon { first: self.position - from, u, v, is_triangle, height };
+        polygon.projected(tracer, normal)
     }
 
     /// The vector to the plane in a unit direction; without end where there is none.

@@ -1,4 +1,6 @@
 use crate::elementary::angle;
+use crate::real::{Bits, LANES, Mask, Real, Vector};
+use crate::trace::{Kernel, Lanes, Tracer};
 use core::f32::consts::PI;
 use glam::Vec3;
 
@@ -9,31 +11,83 @@ const DISTANCE_MIN: f32 = 1e-7;
 /// Below this the sum over the edges has lost too many digits: its error is about 2⁻²² over the angle that an edge is seen under.
 const PROJECTED_MIN: f32 = 1e-3;
 
-/// The projected solid angle of a polygon, all of it above a surface: the integral of the cosine over the directions under which the
-/// origin sees it (Lambert 1760; Arvo 1995, "Applications of irradiance tensors to the simulation of non-Lambertian phenomena", eq. 5).
-///
-/// `None` if a corner is below the surface or next to its plane, if the origin, at a `height` above the polygon's own plane, is next to that, or if the polygon
-/// looks too small for f32. So where there is an answer, the polygon is seen under all directions to its points.
-pub(super) fn polygon(corners: &[Vec3], height: f32, normal: Vec3) -> Option<f32> {
-    let is_above = |c: &Vec3| {
-        let distance = libm::sqrtf(c.dot(*c));
-        distance > DISTANCE_MIN && c.dot(normal).min(height) > ABOVE_MIN * distance
-    };
-    if !corners.iter().all(is_above) {
-        return None;
+/// A parallelogram, or the triangle that is half of it, as the origin sees it.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Polygon {
+    /// A corner, and the edges from there.
+    pub(super) first: Vec3,
+    pub(super) u: Vec3,
+    pub(super) v: Vec3,
+    pub(super) is_triangle: bool,
+    /// Distance of the origin from its plane.
+    pub(super) height: f32,
+}
+
+impl Polygon {
+    /// The projected solid angle, all of it above a surface of this normal: the integral of the cosine over the directions under which the
+    /// origin sees it (Lambert 1760; Arvo 1995, "Applications of irradiance tensors to the simulation of non-Lambertian phenomena", eq. 5).
+    ///
+    /// `None` if a corner is below the surface or next to its plane, if the origin is next to the polygon's own plane, or if the polygon
+    /// looks too small for f32. So where there is an answer, the polygon is seen under all directions to its points.
+    pub(super) fn projected<T: Tracer>(&self, tracer: T, normal: Vec3) -> Option<f32> {
+        let (mut parts, mut low) = ([0.0; LANES], 0);
+        tracer.compute(Edges { polygon: self, normal, parts: &mut parts, low: &mut low });
+        let [a, b, c, d, ..] = parts;
+        let projected = 0.5 * (a + b + c + d).abs();
+        (low == 0 && projected > PROJECTED_MIN && projected <= PI * 1.001).then_some(projected)
     }
-    let mut from = *corners.last()?;
-    let mut sum = 0.0;
-    for &to in corners {
+
+    /// Its corners by number; of a triangle the last two are one. Numbers count on from 4 as from 0.
+    #[inline(always)]
+    fn corner<R: Real>(&self, number: R::Bits) -> Vector<R> {
+        let v = (number >> 1 & 1).real();
+        let u = if self.is_triangle {
+            (number & 1).real() * v.complement()
+        } else {
+            (number.plus(1) >> 1 & 1).real()
+        };
+        Vector::along(self.u, u) + self.first + Vector::along(self.v, v)
+    }
+
+    /// What the edge to a corner adds to the integral, and whether the corner is too low.
+    #[inline(always)]
+    fn edge<R: Real>(&self, number: R::Bits, normal: Vec3) -> (R, R::Mask) {
+        let (from, to): (Vector<R>, Vector<R>) = (self.corner(number.plus(3)), self.corner(number));
+        let distance = to.length();
+        let height = to.on(normal).at_most(self.height);
+        let is_high =
+            distance.above(distance.same(DISTANCE_MIN)) & height.above(distance * ABOVE_MIN);
         let product = from.cross(to);
-        let sin = libm::sqrtf(product.dot(product));
-        if sin > 0.0 {
-            sum += product.dot(normal) / sin * angle(sin, from.dot(to));
-        }
-        from = to;
+        let sin = product.length();
+        let part = product.on(normal) / sin * angle(sin, from.dot(to));
+        (R::select(sin.is_positive(), part, sin.same(0.0)), !is_high)
     }
-    let projected = 0.5 * sum.abs();
-    (projected > PROJECTED_MIN && projected <= PI * 1.001).then_some(projected)
+}
+
+/// All edges of a polygon, in lanes.
+struct Edges<'a> {
+    polygon: &'a Polygon,
+    normal: Vec3,
+    parts: &'a mut [f32; LANES],
+    /// Bits of the corners that are too low.
+    low: &'a mut u32,
+}
+
+impl Kernel for Edges<'_> {
+    #[inline(always)]
+    fn run<L: Lanes>(self, lanes: L) {
+        let Self { polygon, normal, parts, low } = self;
+        for first in (0..4).step_by(L::Real::COUNT) {
+            let (part, is_low) = polygon.edge::<L::Real>(lanes.count_from(first as u32), normal);
+            let mut found = [0.0; LANES];
+            part.store(&mut found);
+            let places = parts.iter_mut().skip(first).take(L::Real::COUNT);
+            for (to, part) in places.zip(found) {
+                *to = part;
+            }
+            *low |= is_low.lanes();
+        }
+    }
 }
 
 /// The same of a sphere, whose centre is seen in the unit direction `axis`, by the cosine and the sine of half the angle of its cone.
@@ -47,6 +101,7 @@ pub(super) fn sphere(axis: Vec3, cos: f32, sin: f32, normal: Vec3) -> Option<f32
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::trace::Scalar;
     use glam::DVec3;
     use proptest::prelude::*;
 
@@ -77,12 +132,15 @@ mod tests {
             let p = p + Vec3::Z * 3.0;
             prop_assume!(p.dot(u.cross(v)).abs() > 0.3);
             let scale = 10.0_f32.powi(scale);
-            let [a, b, c, d] = [p, p + u, p + u + v, p + v].map(|c| c * scale);
-            let height = a.dot(u.cross(v).normalize()).abs();
-            if let Some(found) = polygon(&[a, b, c, d], height, Vec3::Z) {
+            let height = (p * scale).dot(u.cross(v).normalize()).abs();
+            let projected = |p: Vec3, u: Vec3, v: Vec3, is_triangle| {
+                let [first, u, v] = [p, u, v].map(|v| v * scale);
+                Polygon { first, u, v, is_triangle, height }.projected(Scalar, Vec3::Z)
+            };
+            if let Some(found) = projected(p, u, v, false) {
                 let exact = by_parts(p, u, v, Vec3::Z);
                 prop_assert!((f64::from(found) - exact).abs() < 3e-4 * exact, "{found} {exact}");
-                let halves = [polygon(&[a, b, c], height, Vec3::Z), polygon(&[c, d, a], height, Vec3::Z)];
+                let halves = [projected(p, u, v, true), projected(p + u + v, -u, -v, true)];
                 if let [Some(one), Some(other)] = halves {
                     prop_assert!((one + other - found).abs() < 2e-5 * found);
                 }
@@ -96,16 +154,25 @@ mod tests {
         let x = 1.0_f64;
         let root = (1.0 + x * x).sqrt();
         let exact = 4.0 * (x / root) * (x / root).atan();
-        let square = [(1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0), (1.0, -1.0)];
-        let found = polygon(&square.map(|(x, y)| Vec3::new(x, y, 1.0)), 1.0, Vec3::Z).unwrap();
+        let square = Polygon {
+            first: Vec3::ONE,
+            u: Vec3::NEG_X * 2.0,
+            v: Vec3::NEG_Y * 2.0,
+            is_triangle: false,
+            height: 1.0,
+        };
+        let found = square.projected(Scalar, Vec3::Z).unwrap();
         assert!((f64::from(found) - exact).abs() < 1e-6 * exact, "{found} {exact}");
     }
 
     #[test]
     fn what_reaches_below_the_horizon_is_left_to_samples() {
-        let corners =
-            [Vec3::new(1.0, 0.0, 1.0), Vec3::new(0.0, 1.0, 1.0), Vec3::new(1.0, 1.0, -0.01)];
-        assert_eq!(polygon(&corners, 0.5, Vec3::Z), None);
+        let first = Vec3::new(1.0, 0.0, 1.0);
+        let (u, v) = (Vec3::new(0.0, 1.0, 0.0), Vec3::new(0.0, 1.0, -1.01));
+        for (u, v) in [(u, v), (v, u)] {
+            let triangle = Polygon { first, u, v, is_triangle: true, height: 0.5 };
+            assert_eq!(triangle.projected(Scalar, Vec3::Z), None);
+        }
         let half = core::f32::consts::FRAC_1_SQRT_2;
         assert_eq!(sphere(Vec3::new(half, 0.0, half), half, half, Vec3::Z), None);
         assert_eq!(sphere(Vec3::Z, half, half, Vec3::Z), Some(PI * half * half));

@@ -95,7 +95,8 @@ impl<T: Tracer, C: Scratch> Picture<'_, T, C> {
     fn next_bundle(&self, point: &Point, lights: &mut Lights, counts: &mut Counts) -> bool {
         lights.before = lights.direct;
         let mut counted = Counts::default();
-        lights.bundle = self.shader.next_bundle(point, &mut lights.direct, &mut counted);
+        lights.bundle =
+            self.shader.next_bundle(self.tracer, point, &mut lights.direct, &mut counted);
         if lights.bundle.as_ref().and_then(Bundle::unshadowed).is_some() {
             lights.made = core::mem::take(&mut lights.next);
         }

@@ -211,7 +211,8 @@ impl<'a> Renderer<'a> {
     ) -> Result<(), RenderError<S::Error>> {
         let shader = work.job.shader;
         let mut direct = shader.direct(point);
-        while let Some(mut bundle) = shader.next_bundle(point, &mut direct, work.counts) {
+        let tracer = work.sight.tracer();
+        while let Some(mut bundle) = shader.next_bundle(tracer, point, &mut direct, work.counts) {
             if let Some(whole) = work.sight.whole(&shader, point, &bundle) {
                 if let Some(sum) = self.sums.get_mut(usize::from(pixel)) {
                     sum.add(whole);
@@ -223,7 +224,6 @@ impl<'a> Renderer<'a> {
             let mut j = 0;
             let mut rays = ShadowRays::default();
             while j < bundle.len {
-                let tracer = work.sight.tracer();
                 let count = shader.shadow_rays(tracer, point, &mut bundle, j, &mut rays);
                 for ray in rays.iter().take(count as usize) {
                     let Some(ray) = ray else {

@@ -4,6 +4,7 @@ use super::{Counts, Path, Point, Shader};
 use crate::light::{Aim, Dark};
 use crate::random::{Purpose, Sequence};
 use crate::scene::Light;
+use crate::trace::Tracer;
 use core::f32::consts::FRAC_1_PI;
 use glam::Vec3;
 
@@ -76,8 +77,9 @@ impl Shader<'_> {
     /// The next bundle of a point's light sampling.
     #[must_use]
     #[cfg_attr(feature = "bundles", inline(always))]
-    pub fn next_bundle(
+    pub fn next_bundle<T: Tracer>(
         &self,
+        tracer: T,
         point: &Point,
         direct: &mut Direct,
         counts: &mut Counts,
@@ -88,7 +90,14 @@ impl Shader<'_> {
             match Aim::new(light, &point.surface, direct.answers) {
                 Ok(aim) => match direct.probability(aim.estimate) {
                     Some(probability) => {
-                        return Some(self.bundle(point, direct, index, light, aim, probability));
+                        return Some(self.bundle(
+                            tracer,
+                            point,
+                            direct,
+                            (index, light),
+                            aim,
+                            probability,
+                        ));
                     }
                     None => counts.lights_by_chance += 1,
                 },
@@ -102,12 +111,12 @@ impl Shader<'_> {
     }
 
     #[cfg_attr(feature = "bundles", inline(always))]
-    fn bundle(
+    fn bundle<T: Tracer>(
         &self,
+        tracer: T,
         point: &Point,
         direct: &Direct,
-        index: u32,
-        light: &Light,
+        (index, light): (u32, &Light),
         mut aim: Aim,
         probability: f32,
     ) -> Bundle {
@@ -119,7 +128,7 @@ impl Shader<'_> {
             count *= libm::sqrtf(part * point.path.importance().clamp(0.0, 1.0));
         }
         let len = (libm::ceilf(count * 0.75) as u32).max(1).next_power_of_two();
-        let deal = match unshadowed(point, &aim, len) {
+        let deal = match unshadowed(tracer, point, &aim, len) {
             Some(light) => Deal::new(light / probability, &self.unit()),
             None => Deal::UNKNOWN,
         };
@@ -138,7 +147,7 @@ impl Shader<'_> {
 /// What a light brings to the pixel if nothing is in its way, in closed form: of lights of some shapes, to flat diffuse surfaces in clear air.
 ///
 /// One ray alone does not share it: it would weigh all parts of the light alike.
-fn unshadowed(point: &Point, aim: &Aim, rays: u32) -> Option<Vec3> {
+fn unshadowed<T: Tracer>(tracer: T, point: &Point, aim: &Aim, rays: u32) -> Option<Vec3> {
     let Point { surface, bsdf, path, .. } = point;
     let flat = surface.shading == surface.normal;
     #[cfg(feature = "specular")]
@@ -146,7 +155,7 @@ fn unshadowed(point: &Point, aim: &Aim, rays: u32) -> Option<Vec3> {
     if rays < 2 || !flat || path.medium != Path::AIR {
         return None;
     }
-    let projected = aim.projected(surface.normal)?;
+    let projected = aim.projected(tracer, surface.normal)?;
     let light = path.throughput * bsdf.diffuse * aim.radiance() * (projected * FRAC_1_PI);
     (light.max_element() > 0.0 && light.max_element() < LIGHT_MAX).then_some(light)
 }

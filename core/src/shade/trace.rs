@@ -1,6 +1,7 @@
 use super::{Bundle, Counts, Path, Point, Shader, Sum};
 use crate::geometry::{Hit, Ray};
 use crate::material::OpticalDepth;
+use crate::trace::Scalar;
 
 /// What shading asks of the geometry.
 pub trait Visibility {
@@ -82,7 +83,7 @@ impl Shader<'_> {
     ) -> Result<Sum, V::Error> {
         let mut sum = Sum::ZERO;
         let mut direct = self.direct(point);
-        while let Some(mut bundle) = self.next_bundle(point, &mut direct, counts) {
+        while let Some(mut bundle) = self.next_bundle(Scalar, point, &mut direct, counts) {
             sum.add(self.lit_by(visibility, point, &mut bundle, counts)?);
         }
         Ok(sum)

@@ -6,6 +6,7 @@ use kiloray_core::geometry::{Hit, Primitive, Ray};
 use kiloray_core::path::PathKey;
 use kiloray_core::scene::{Light, LightKind, Material, MaterialKind, Needs};
 use kiloray_core::shade::{Bundle, Counts, Path, Point, Settings, Shader, ShadowRays, Tables};
+use kiloray_core::trace::{Scalar, Tracer};
 use proptest::prelude::*;
 
 use crate::Auto;
@@ -110,7 +111,7 @@ fn cases() -> impl Strategy<Value = Case> {
 
 impl Case {
     /// The point of a floor, and all bundles of its light sampling.
-    fn bundles(&self, shader: &Shader<'_>) -> Option<(Point, Vec<Bundle>)> {
+    fn bundles<T: Tracer>(&self, tracer: T, shader: &Shader<'_>) -> Option<(Point, Vec<Bundle>)> {
         let corners = [Vec3::ZERO, Vec3::X, Vec3::Y].map(|v| v * self.scale);
         let primitive = Primitive::Triangle { vertices: corners, normals: self.normals };
         let hit = Hit { t: self.scale, b1: 0.3, b2: 0.4, material: 0, primitive, block: 0 };
@@ -123,7 +124,7 @@ impl Case {
         let point = point?;
         let mut direct = shader.direct(&point);
         let mut counts = Counts::default();
-        let next = || shader.next_bundle(&point, &mut direct, &mut counts);
+        let next = || shader.next_bundle(tracer, &point, &mut direct, &mut counts);
         Some((point, std::iter::from_fn(next).collect()))
     }
 }
@@ -143,7 +144,9 @@ fn agree(case: &Case, tracer: Auto) -> Result<usize, TestCaseError> {
     let tables = Tables { materials: &materials, lights: &case.lights, needs };
     let shader = Shader::new(tables, case.settings);
     let mut rays = 0;
-    let Some((point, bundles)) = case.bundles(&shader) else { return Ok(0) };
+    let Some((point, bundles)) = case.bundles(tracer, &shader) else { return Ok(0) };
+    let single = case.bundles(Scalar, &shader);
+    prop_assert_eq!(&single, &Some((point, bundles.clone())), "{}", tracer.name());
     for mut bundle in bundles {
         let mut single = bundle;
         let mut together = ShadowRays::default();

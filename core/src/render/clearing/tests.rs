@@ -91,7 +91,9 @@ fn nothing_is_in_the_way_of_a_light_that_a_clearing_shows() {
             let surface = Surface::new(&ray, &hit, false);
             let Ok(mut aim) = Aim::new(&light, &surface, [true, false]) else { continue };
             aim.prepare();
-            if light.kind != LightKind::Sphere as u32 && aim.projected(surface.normal).is_none() {
+            if light.kind != LightKind::Sphere as u32
+                && aim.projected(Scalar, surface.normal).is_none()
+            {
                 continue;
             }
             asked += 1;

@@ -1,6 +1,7 @@
 //! Direct light of one lamp on a plane, against form factors (Howell's catalogue), in f64.
 
 use super::*;
+use crate::trace::Scalar;
 use core::f64::consts::PI;
 use std::vec;
 
@@ -40,7 +41,7 @@ pub(super) fn first_bundle(scene: &Scene, seed: u64) -> (Point, Bundle) {
     let (_, point) = shader.arrive(&path, &ray, hit.as_ref());
     let point = point.unwrap();
     let mut direct = shader.direct(&point);
-    let bundle = shader.next_bundle(&point, &mut direct, &mut Counts::default()).unwrap();
+    let bundle = shader.next_bundle(Scalar, &point, &mut direct, &mut Counts::default()).unwrap();
     (point, bundle)
 }
 
