@@ -33,11 +33,11 @@ pub(crate) fn render<T: Tracer + Send + Sync>(
     control: &Control<'_>,
     picture: &mut Picture,
 ) -> Result<Report, Error> {
-    let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(threads)
-        .build()
-        .map_err(|cause| Error::Threads { threads, cause: cause.to_string() })?;
-    let threads = pool.current_num_threads();
+    // One thread is this one.
+    let pool = (threads != 1).then(|| rayon::ThreadPoolBuilder::new().num_threads(threads).build());
+    let pool =
+        pool.transpose().map_err(|cause| Error::Threads { threads, cause: cause.to_string() })?;
+    let threads = pool.as_ref().map_or(1, rayon::ThreadPool::current_num_threads);
     let (width, height) = (picture.width, picture.height);
     while plan.side > SIDE_MIN
         && Tiling::new(width, height, plan.side as u32).len() < TILES_PER_THREAD * threads as u32
@@ -57,16 +57,20 @@ pub(crate) fn render<T: Tracer + Send + Sync>(
         done: 0,
         error: None,
     });
-    pool.broadcast(|_| {
-        let work = || worker(source, job, &plan, tiling, tracer, control, &next, &shared);
-        if let Err(error) = work() {
+    let work = || {
+        let done = worker(source, job, &plan, tiling, tracer, control, &next, &shared);
+        if let Err(error) = done {
             // The others stop at their next tile.
             next.store(u32::MAX / 2, Ordering::Relaxed);
             if let Ok(mut shared) = shared.lock() {
                 shared.error.get_or_insert(error);
             }
         }
-    });
+    };
+    match &pool {
+        Some(pool) => drop(pool.broadcast(|_| work())),
+        None => work(),
+    }
     let shared = match shared.into_inner() {
         Ok(shared) => shared,
         Err(poisoned) => poisoned.into_inner(),
