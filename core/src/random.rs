@@ -112,9 +112,15 @@ impl<B: Bits> Part for Points<B> {
     fn run(self) -> Self::Result {
         let Self { sequence: Sequence { shuffle, x, y }, index, half } = self;
         let index = owen(index.reversed(), shuffle).reversed();
-        let middle = |at: B| unit(at & half.wrapping_neg() << 1 ^ half);
-        [middle(owen(index, x).reversed()), middle(owen(pascal(index), y).reversed())]
+        let (x, y) = (owen(index, x).reversed(), owen(pascal(index), y).reversed());
+        [unit(middle(x, half)), unit(middle(y, half))]
     }
+}
+
+/// The middle of the column in which a number lies, of columns that are twice a power of two wide.
+#[inline(always)]
+fn middle<B: Bits>(x: B, half: u32) -> B {
+    x & half.wrapping_neg() << 1 ^ half
 }
 
 /// The second dimension of Sobol's sequence, bits reversed: the matrix of binomial coefficients mod 2, whose rows are
