@@ -253,6 +253,8 @@ impl<'a, W: World> Node<'a, W> {
         let age = self.settings.bundle_age;
         let all = !runnable && self.keeps(Rule::Flush);
         self.outbox.flush(&mut self.router, now, age, all, &mut self.counts, &mut self.work);
+        #[cfg(debug_assertions)]
+        self.check_invariants();
         let next = if runnable || self.has_mail() {
             Next::Now
         } else {

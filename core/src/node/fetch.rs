@@ -369,9 +369,9 @@ pub(super) fn place(
 }
 
 const FREE: u8 = 0;
-const TO_BE_SENT: u8 = 1;
+pub(super) const TO_BE_SENT: u8 = 1;
 const SENT: u8 = 2;
-const COMPLETE: u8 = 3;
+pub(super) const COMPLETE: u8 = 3;
 
 /// A running mean over about eight values.
 pub(super) const fn smoothed(mean: Time, value: Time) -> Time {

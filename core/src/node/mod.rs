@@ -42,6 +42,8 @@ mod fetch;
 mod figures;
 mod help;
 mod inbox;
+#[cfg(debug_assertions)]
+mod invariants;
 mod outbox;
 mod picture;
 mod placement;

@@ -1,5 +1,4 @@
 mod check;
-mod invariants;
 mod mesh;
 mod mesh_state;
 mod state;
