@@ -71,6 +71,7 @@ impl Camera {
     #[cfg_attr(feature = "bundles", inline(always))]
     pub fn ray(&self, x: u32, y: u32, key: PathKey) -> Ray {
         let [sx, sy] = match u32::from(self.fine) {
+            // Numbers that decide nothing are not drawn.
             0 => [0.5; 2],
             fine => Sequence::new(key, Purpose::Pixel).middles(key.sample, fine),
         };

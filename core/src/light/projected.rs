@@ -69,7 +69,7 @@ struct Edges<'a> {
     polygon: &'a Polygon,
     normal: Vec3,
     parts: &'a mut [f32; LANES],
-    /// Bits of the corners that are too low.
+    /// Not 0 if a corner is too low.
     low: &'a mut u32,
 }
 

@@ -4,6 +4,7 @@ use super::fetch::{COMPLETE, TO_BE_SENT};
 use super::rules::Rule;
 use super::slots::{RootState, Stage};
 use super::{Node, World};
+use crate::path::mix;
 use crate::shade::Task;
 use crate::store::Place;
 
@@ -37,15 +38,15 @@ impl<W: World> Node<'_, W> {
     fn check_slots(&self) {
         let free = self.free.iter().take(self.free_len).copied();
         debug_assert_eq!(
-            Numbers::of(free),
-            Numbers::of(self.slots_in(|stage| stage == Stage::Free)),
+            bag(free),
+            bag(self.slots_in(|stage| stage == Stage::Free)),
             "free slots are listed once"
         );
         let can_go_on =
             |stage| matches!(stage, Stage::Trace | Stage::Send | Stage::Shade | Stage::Split);
         debug_assert_eq!(
-            Numbers::of(self.ready.iter().copied()),
-            Numbers::of(self.slots_in(can_go_on)),
+            bag(self.ready.iter().copied()),
+            bag(self.slots_in(can_go_on)),
             "slots that can go on are queued once"
         );
     }
@@ -75,10 +76,6 @@ impl<W: World> Node<'_, W> {
         let parked = self.shadows.iter().rev().take(self.parked);
         let shadows = self.shadows.iter().take(self.fresh).chain(parked);
         let roots = in_use.map(|slot| slot.root).chain(shadows.map(|slot| slot.root));
-        let is_there = |root: u16| {
-            self.roots.get(usize::from(root)).is_some_and(|root| root.state() != RootState::Free)
-        };
-        debug_assert!(roots.clone().all(is_there), "a ray belongs to a tile or a visit");
         for (root, at) in self.roots.iter().zip(0..) {
             let waits = matches!(
                 root.state(),
@@ -92,15 +89,12 @@ impl<W: World> Node<'_, W> {
                 root.state() != RootState::Visit || root.open > 0,
                 "visit {at} has ended"
             );
-            debug_assert!(!root.is_visit() || at >= self.tiles.len(), "visits come behind tiles");
-            // Of all together where there are many.
-            if self.roots.len() <= FEW_ROOTS {
-                let held = roots.clone().filter(|&root| usize::from(root) == at).count();
-                debug_assert_eq!(root.open as usize, held, "rays of root {at} that have not ended");
-            }
+            let is_behind_tiles = root.state() != RootState::Free && at >= self.tiles.len();
+            debug_assert_eq!(root.is_visit(), is_behind_tiles, "visits come behind tiles");
         }
-        let open: u64 = self.roots.iter().map(|root| u64::from(root.open)).sum();
-        debug_assert_eq!(open, roots.count() as u64, "rays that have not ended are open");
+        let open = (0..).zip(&*self.roots);
+        let open = open.flat_map(|(at, root)| core::iter::repeat_n(at, root.open as usize));
+        debug_assert_eq!(bag(open), bag(roots), "rays that have not ended are open");
         let visits = self.roots.iter().filter(|root| root.is_visit()).count();
         debug_assert_eq!(visits, usize::from(self.visitors), "visits are counted");
         let room = self.shadows.len().checked_sub(self.parked);
@@ -130,24 +124,7 @@ impl<W: World> Node<'_, W> {
     }
 }
 
-/// Roots are looked at one by one if there are no more: each against all rays.
-const FEW_ROOTS: usize = 8;
-
-/// Numbers in any order: how many, and their sums of two kinds. Those of different sets, or with one twice, are hardly ever the same.
-#[derive(Debug, PartialEq, Eq)]
-struct Numbers {
-    count: u64,
-    sum: u64,
-    squares: u64,
-}
-
-impl Numbers {
-    fn of(numbers: impl Iterator<Item = u16>) -> Self {
-        let none = Self { count: 0, sum: 0, squares: 0 };
-        numbers.map(u64::from).fold(none, |so_far, number| Self {
-            count: so_far.count.wrapping_add(1),
-            sum: so_far.sum.wrapping_add(number),
-            squares: so_far.squares.wrapping_add(number.wrapping_mul(number)),
-        })
-    }
+/// One number for numbers in any order, which others have, or the same with one of them twice, once in 2⁶⁴.
+fn bag(numbers: impl Iterator<Item = u16>) -> u64 {
+    numbers.fold(0, |bag, number| bag.wrapping_add(mix(number.into())))
 }
