@@ -2,6 +2,7 @@ use std::path::{Path, PathBuf};
 
 use kiloray_core::node::{Dealing, PointHome, Prefetch, Schedule, ShadowPolicy, TaskOrder};
 use kiloray_core::scene::View;
+use kiloray_core::shade;
 use kiloray_render::MeshOptions;
 use kiloray_scene::regular;
 use serde::{Deserialize, Serialize};
@@ -91,13 +92,20 @@ pub struct PictureConfig {
     pub samples: u32,
     /// Shadow rays for each light and point; 0: as many as its size and distance ask for.
     #[serde(default)]
-    pub shadow_samples: u32,
+    pub shadow_samples: u16,
+    /// About how many lights a point asks at most.
+    #[serde(default = "lights_per_point")]
+    pub lights_per_point: u16,
     /// Most reflections and refractions on a path.
     pub bounces: u8,
     /// Of all random numbers, in words as numbers of 64 bits are not in TOML.
     pub seed: String,
     /// The camera.
     pub view: ViewConfig,
+}
+
+fn lights_per_point() -> u16 {
+    shade::Settings::default().lights
 }
 
 /// The camera of a [`PictureConfig`]: see [`View`], in scene coordinates.
@@ -173,6 +181,7 @@ impl Config {
                 height: options.height,
                 samples: options.settings.samples,
                 shadow_samples: options.settings.shadow_samples,
+                lights_per_point: options.settings.lights,
                 bounces: options.settings.bounces,
                 seed: options.settings.seed.to_string(),
                 view: view.into(),

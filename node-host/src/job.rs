@@ -48,6 +48,7 @@ impl Job {
             settings: shade::Settings {
                 samples: picture.samples.max(1),
                 shadow_samples: picture.shadow_samples,
+                lights: picture.lights_per_point.max(1),
                 bounces: picture.bounces,
                 seed: config.seed().map_err(Error::Options)?,
             },

@@ -22,7 +22,7 @@ fn compiled(scene: &str, block_bytes: usize) -> Compiled {
 }
 
 fn options(file: &KiloView<'_>) -> Options {
-    let settings = Settings { samples: 2, shadow_samples: 2, bounces: 5, seed: 7 };
+    let settings = Settings { samples: 2, shadow_samples: 2, lights: 3, bounces: 5, seed: 7 };
     Options { settings, ..Options::new(WIDTH, HEIGHT, file.views()[0]) }
 }
 

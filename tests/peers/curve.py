@@ -38,6 +38,8 @@ REFERENCE_SPP = {'cornell': 1 << 16, 'glass': 1 << 15, 'conference': 1 << 15}
 KILORAY = [(1, 1), (2, 1), (4, 1), (16, 1), (64, 1), (256, 1), (1, 0), (2, 0), (4, 0), (8, 0), (16, 0), (1, 2),
            (2, 2), (1, 4), (2, 4), (4, 4), (8, 4), (16, 4), (64, 4), (1, 8), (2, 8), (1, 16), (4, 16), (8, 16), (16, 16),
            (4, 64), (16, 32), (16, 64)]
+# The same and lights per point, where there are many.
+MANY = [(1, 1, 1), (1, 1, 2), (1, 1, 4), (1, 1, 8), (2, 1, 4)]
 MITSUBA = [1, 4, 16, 64, 256, 1024, 4096]
 RADIANCE = [(1, 0.2), (1, 0.05), (4, 0.2), (4, 0.1), (16, 0.2), (16, 0.1), (64, 0.2)]
 RADIANCE_EXACT = '-dj .9 -dt 0 -dc 1 -lr 12 -lw 1e-5'
@@ -130,19 +132,22 @@ class Scene:
 
     def kiloray(self):
         out, report = self.path('kiloray.exr'), self.path('kiloray.json')
-        for samples, shadow in KILORAY:
+        many = MANY if self.facts['lights'] > 8 else []
+        for samples, shadow, lights in [(*setting, None) for setting in KILORAY] + many:
             if self.quick and samples * shadow > 64 or samples * shadow > 256 and self.name != 'cornell':
                 continue
 
             def run():
                 used = cpu(['target/release/kiloray', 'render', self.path('scene.rad'), '--view', self.path('scene.vf'),
                             '--width', str(self.width), '--height', str(self.height), '--samples', str(samples),
-                            *(['--shadow-samples', str(shadow)] if shadow else []), '--threads', '1', '--quiet',
+                            *(['--shadow-samples', str(shadow)] if shadow else []),
+                            *(['--lights-per-point', str(lights)] if lights else []), '--threads', '1', '--quiet',
                             '--json', report, '-o', out])[0]
                 with open(report) as file:
                     return json.load(file)['render_s'], used
             render_s, used = shortest(run)
-            self.add('kiloray', '%d paths, %s shadow' % (samples, shadow or 'adaptive'), render_s, used, images.load(out))
+            setting = '%d paths, %s shadow' % (samples, shadow or 'adaptive') + (', %d lights' % lights if lights else '')
+            self.add('kiloray', setting, render_s, used, images.load(out))
 
     def mitsuba(self, variant):
         if variant == 'scalar_rgb' and self.facts['specular']:

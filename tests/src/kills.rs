@@ -22,7 +22,8 @@ pub type Failure = String;
 /// Pixels along the picture.
 const SIDE: u32 = 96;
 /// How it is rendered.
-const SETTINGS: Settings = Settings { samples: 2, shadow_samples: 4, bounces: 6, seed: 7 };
+const SETTINGS: Settings =
+    Settings { samples: 2, shadow_samples: 4, lights: 64, bounces: 6, seed: 7 };
 /// Longest that a run may take.
 const LONGEST: Duration = Duration::from_secs(120);
 

@@ -149,7 +149,7 @@ fn drawn(random: &mut Rng, file: &KiloFile) -> Options {
     let mut options = Options::new(width, height, file.view().views()[0], topology);
     options.threads = 1;
     options.mesh.settings.samples = random.u32(1..=2);
-    options.mesh.settings.shadow_samples = random.u32(1..=2);
+    options.mesh.settings.shadow_samples = random.u16(1..=2);
     options.mesh.settings.bounces = random.u8(0..=6);
     options.mesh.settings.seed = random.u64(..);
     options.seed = random.u64(..);

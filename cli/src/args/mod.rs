@@ -181,13 +181,14 @@ pub(crate) struct Host {
 
 /// What a configuration says, and cannot be typed beside it.
 #[cfg(feature = "host")]
-const SAID_BY_CONFIG: [&str; 26] = [
+const SAID_BY_CONFIG: [&str; 27] = [
     "scenes",
     "width",
     "height",
     "view",
     "samples",
     "shadow_samples",
+    "lights_per_point",
     "bounces",
     "lighting",
     "seed",

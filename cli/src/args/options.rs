@@ -35,7 +35,10 @@ pub(crate) struct Common {
     /// Shadow rays for each light and point, at a distance of 4 times the light's side; more where it is nearer, up to 4096, always a power of two
     /// [default: as many as its size and distance ask for]
     #[arg(long, value_name = "N", value_parser = shadow_samples, allow_hyphen_values = true, help_heading = "Light")]
-    pub(crate) shadow_samples: Option<u32>,
+    pub(crate) shadow_samples: Option<u16>,
+    /// About how many lights a point asks at most, where there are more: by chance, in proportion to what each would bring. Fewer are quicker, and noisier
+    #[arg(long, value_name = "N", default_value_t = Settings::default().lights, value_parser = lights_per_point, allow_hyphen_values = true, help_heading = "Light")]
+    pub(crate) lights_per_point: u16,
     /// Most reflections and refractions on a path
     #[arg(long, value_name = "N", default_value_t = 8, value_parser = bounces, allow_hyphen_values = true, help_heading = "Light")]
     pub(crate) bounces: u32,
@@ -202,8 +205,12 @@ fn seed(text: &str) -> Result<u64, String> {
     text.parse().map_err(|_| format!("write a whole number from 0 to {}", u64::MAX))
 }
 
-fn shadow_samples(text: &str) -> Result<u32, String> {
-    whole(text, 1, Settings::BUNDLE_MAX)
+fn shadow_samples(text: &str) -> Result<u16, String> {
+    whole(text, 1, Settings::BUNDLE_MAX).map(|n| n as u16)
+}
+
+fn lights_per_point(text: &str) -> Result<u16, String> {
+    whole(text, 1, u16::MAX.into()).map(|n| n as u16)
 }
 
 pub(super) fn bounces(text: &str) -> Result<u32, String> {

@@ -32,6 +32,7 @@ pub(super) fn options(
     options.settings = Settings {
         samples: common.samples,
         shadow_samples: common.shadow_samples.unwrap_or(0),
+        lights: common.lights_per_point,
         bounces: common.bounces as u8,
         seed: common.seed,
     };

@@ -39,6 +39,7 @@ pub(super) fn options(common: &Common, view: View) -> Outcome<Options> {
         settings: Settings {
             samples: common.samples,
             shadow_samples: common.shadow_samples.unwrap_or(0),
+            lights: common.lights_per_point,
             bounces: common.bounces as u8,
             seed: common.seed,
         },

@@ -91,7 +91,9 @@ fn two_machines_render_the_bits_of_one_node() {
     folder.run(&format!("render scene.kilo {picture} -o one.exr --json one.json --quiet")).done();
     let one = json(&folder.path().join("one.json"));
     assert_eq!(run["image_hash"], one["image_hash"]);
-    for option in ["width", "height", "samples", "bounces", "seed", "shadow_samples"] {
+    for option in
+        ["width", "height", "samples", "bounces", "seed", "shadow_samples", "lights_per_point"]
+    {
         assert_eq!(run["options"][option], one["options"][option], "{option}");
     }
     assert_eq!(run["options"]["memory"], 65536);

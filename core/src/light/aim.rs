@@ -65,6 +65,13 @@ pub struct Sample<R: Real = f32> {
 /// [`SurfacePoint::spawn_to`](crate::geometry::SurfacePoint::spawn_to) derives, 160 u, and the rounding of the point itself.
 const CLEARANCE: f32 = 176.0 * UNIT_ROUNDOFF;
 
+/// Whether a surface takes light from something within this radius of a centre at this height above it and this distance.
+#[inline(always)]
+pub(super) fn takes(answers: [bool; 2], height: f32, radius: f32, distance: f32) -> bool {
+    let slack = radius + (distance + radius) * (4.0 * UNIT_ROUNDOFF);
+    answers[0] && height > -slack || answers[1] && height < slack
+}
+
 impl Aim {
     /// A light, seen from a surface that answers light from its front and from behind, or
     /// not (see [`crate::material::Bsdf::answers`]).
@@ -112,8 +119,7 @@ impl Aim {
         }
         // Heights of the light's ends above the surface, by its bounding sphere.
         let height = to.dot(surface.normal);
-        let slack = radius + (distance + radius) * (4.0 * UNIT_ROUNDOFF);
-        if !(answers[0] && height > -slack || answers[1] && height < slack) {
+        if !takes(answers, height, radius, distance) {
             return Err(Dark::Below);
         }
         let (solid_angle, strength) = match &shape {
@@ -136,6 +142,20 @@ impl Aim {
             return Err(Dark::Void);
         }
         Ok(Self { shape, from, radiance, cone, cone_cos, estimate, solid_angle })
+    }
+
+    /// The [`estimate`](Self::estimate) alone, roughly, in a third of the time, for lights that are small for their distance: enough to choose among
+    /// many. `None` for all others.
+    #[cfg_attr(feature = "bundles", inline(always))]
+    #[must_use]
+    pub fn far(light: &Light, surface: &Surface, answers: [bool; 2]) -> Option<Result<f32, Dark>> {
+        let kind = match LightKind::from_u32(light.kind)? {
+            kind @ (LightKind::Parallelogram | LightKind::Triangle | LightKind::Disc) => kind,
+            _ => return None,
+        };
+        let brightest = Vec3::from(light.radiance).max_element();
+        let far = Flat::far(kind, light, surface, answers).filter(|_| brightest > 0.0)?;
+        Some(far.map(|one| brightest * one))
     }
 
     /// Makes it ready for samples by solid angle, where it looks large; without this they are of its area.

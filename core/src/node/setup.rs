@@ -42,7 +42,9 @@ pub struct Setup {
     /// See [`shade::Settings`].
     pub samples: u32,
     /// See [`shade::Settings`].
-    pub shadow_samples: u32,
+    pub shadow_samples: u16,
+    /// See [`shade::Settings`].
+    pub lights: u16,
     /// Pixels along a tile.
     pub side: u16,
     /// Greatest payload of a packet.
@@ -83,8 +85,8 @@ const FULL: u8 = 3;
 impl Setup {
     /// The version of this layout: whatever changes it raises it. (1 had a view in place of the camera, and a schedule alone as its policy; 2
     /// did not say where points live, and rays did not say in which block they hit; 3 had a camera that did not divide
-    /// pixels among their samples.)
-    pub const VERSION: u32 = 4;
+    /// pixels among their samples; 4 did not say how many lights a point asks.)
+    pub const VERSION: u32 = 5;
     /// Its length.
     pub const BYTES: usize = size_of::<Self>();
 
@@ -143,6 +145,7 @@ impl Setup {
         shade::Settings {
             samples: self.samples,
             shadow_samples: self.shadow_samples,
+            lights: self.lights,
             bounces: self.bounces,
             seed: self.seed,
         }

@@ -15,7 +15,8 @@ use glam::Vec3;
 /// A light that cannot reach the point is skipped. The others are given their
 /// [estimates](Aim::estimate), laid end to end on a line, and a comb with a random offset (the systematic sampling of surveys) is laid over it: a light
 /// longer than the spacing of the teeth is always taken, a shorter one if a tooth falls on it, and then stands for the others. The line has
-/// `64 × importance of the path` teeth: so a point asks at most about that many small lights, however many there are.
+/// [`Settings::lights`](super::Settings::lights)` × importance of the path` teeth: so a point asks at most about that many small lights, however many
+/// there are.
 ///
 /// It is a small state, to be carried on or made again at will.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -47,8 +48,16 @@ pub struct Bundle {
     pub(super) deal: Deal,
 }
 
-/// Teeth of the comb for a path of importance 1.
-const TEETH: f32 = 64.0;
+/// So few lights are looked at whole, as most of them will be asked.
+const FEW: usize = 4;
+
+/// A light that is asked.
+struct Asked {
+    /// With which probability it was chosen.
+    probability: f32,
+    /// Its part of all estimates.
+    part: f32,
+}
 
 impl Shader<'_> {
     /// Begins the light sampling of a point.
@@ -65,10 +74,13 @@ impl Shader<'_> {
         } else if lights.len() > 1 {
             direct.total = lights
                 .iter()
-                .filter_map(|light| Aim::new(light, &point.surface, answers).ok())
-                .map(|aim| aim.estimate)
+                .filter_map(|light| match self.far(light, point, answers) {
+                    Some(far) => far.ok(),
+                    None => Some(Aim::new(light, &point.surface, answers).ok()?.estimate),
+                })
                 .sum();
-            direct.spacing = direct.total / (TEETH * point.path.importance()).clamp(1.0, TEETH);
+            let most = f32::from(self.settings.lights).max(1.0);
+            direct.spacing = direct.total / (most * point.path.importance()).clamp(1.0, most);
             [direct.offset, _] = Sequence::new(key, Purpose::Lights).point(key.sample);
         }
         direct
@@ -87,27 +99,46 @@ impl Shader<'_> {
         while let Some(light) = self.tables.lights.get(direct.next as usize) {
             let index = direct.next;
             direct.next += 1;
-            match Aim::new(light, &point.surface, direct.answers) {
-                Ok(aim) => match direct.probability(aim.estimate) {
-                    Some(probability) => {
-                        return Some(self.bundle(
-                            tracer,
-                            point,
-                            direct,
-                            (index, light),
-                            aim,
-                            probability,
-                        ));
+            let answers = direct.answers;
+            let mut asked = None;
+            if let Some(far) = self.far(light, point, answers) {
+                asked = match far {
+                    Ok(estimate) => direct.draw(estimate),
+                    Err(dark) => {
+                        leave_out(dark, counts);
+                        continue;
                     }
-                    None => counts.lights_by_chance += 1,
-                },
-                Err(Dark::Below) => counts.lights_below += 1,
-                Err(Dark::FacesAway) => counts.lights_facing_away += 1,
-                Err(Dark::OutOfReach) => counts.lights_out_of_reach += 1,
-                Err(Dark::Void) => {}
+                };
+                if asked.is_none() {
+                    counts.lights_by_chance += 1;
+                    continue;
+                }
+            }
+            let aim = match Aim::new(light, &point.surface, answers) {
+                Ok(aim) => aim,
+                Err(dark) => {
+                    leave_out(dark, counts);
+                    continue;
+                }
+            };
+            if asked.is_none() {
+                asked = direct.draw(aim.estimate);
+            }
+            match asked {
+                Some(asked) => {
+                    return Some(self.bundle(tracer, point, (index, light), aim, asked));
+                }
+                None => counts.lights_by_chance += 1,
             }
         }
         None
+    }
+
+    /// A quick look at one of many lights.
+    #[cfg_attr(feature = "bundles", inline(always))]
+    fn far(&self, light: &Light, point: &Point, answers: [bool; 2]) -> Option<Result<f32, Dark>> {
+        let many = self.tables.lights.len() > FEW;
+        if many { Aim::far(light, &point.surface, answers) } else { None }
     }
 
     #[cfg_attr(feature = "bundles", inline(always))]
@@ -115,16 +146,13 @@ impl Shader<'_> {
         &self,
         tracer: T,
         point: &Point,
-        direct: &Direct,
         (index, light): (u32, &Light),
         mut aim: Aim,
-        probability: f32,
+        Asked { probability, part }: Asked,
     ) -> Bundle {
         aim.prepare();
         let mut count = self.settings.shadow_count(aim.solid_angle);
         if self.settings.shadow_samples == 0 {
-            let part =
-                if direct.total > 0.0 { (aim.estimate / direct.total).min(1.0) } else { 1.0 };
             count *= libm::sqrtf(part * point.path.importance().clamp(0.0, 1.0));
         }
         let len = (libm::ceilf(count * 0.75) as u32).max(1).next_power_of_two();
@@ -141,6 +169,17 @@ impl Shader<'_> {
             seen: is_seen(light, |material| self.emits(material)),
             deal,
         }
+    }
+}
+
+/// Counts a light that cannot light the point.
+#[inline(always)]
+fn leave_out(dark: Dark, counts: &mut Counts) {
+    match dark {
+        Dark::Below => counts.lights_below += 1,
+        Dark::FacesAway => counts.lights_facing_away += 1,
+        Dark::OutOfReach => counts.lights_out_of_reach += 1,
+        Dark::Void => {}
     }
 }
 
@@ -199,15 +238,17 @@ impl Direct {
         Self { next, answers: [answers & 1 != 0, answers & 2 != 0], total, spacing, offset, at }
     }
 
-    /// Lays the next estimate on the line: the probability with which a tooth falls on it, if one does.
-    fn probability(&mut self, estimate: f32) -> Option<f32> {
+    /// Lays the next estimate on the line, and says if a tooth falls on it. The only light there is has no line, and is always asked.
+    fn draw(&mut self, estimate: f32) -> Option<Asked> {
+        let part = if self.total > 0.0 { (estimate / self.total).min(1.0) } else { 1.0 };
         if estimate >= self.spacing {
             self.at += estimate;
-            return Some(1.0);
+            return Some(Asked { probability: 1.0, part });
         }
         let teeth = |at: f32| libm::floorf(at / self.spacing - self.offset);
         let before = teeth(self.at);
         self.at += estimate;
-        (teeth(self.at) > before).then_some(estimate / self.spacing)
+        let probability = estimate / self.spacing;
+        (teeth(self.at) > before).then_some(Asked { probability, part })
     }
 }

@@ -7,7 +7,10 @@ pub struct Settings {
     pub samples: u32,
     /// Shadow rays per light and point at the reference distance, 4 times the side of a square as large as the light; 0 for adaptive.
     /// See [`Settings::shadow_count`].
-    pub shadow_samples: u32,
+    pub shadow_samples: u16,
+    /// About how many lights a point asks, at most, where there are more: those that bring most, and others by chance, in proportion to what they bring
+    /// (see [`Direct`](super::Direct)); at least 1.
+    pub lights: u16,
     /// How many specular rays may follow each other.
     pub bounces: u8,
     /// Of all random numbers.
@@ -16,7 +19,7 @@ pub struct Settings {
 
 impl Default for Settings {
     fn default() -> Self {
-        Self { samples: 16, shadow_samples: 0, bounces: 8, seed: 0 }
+        Self { samples: 16, shadow_samples: 0, lights: 64, bounces: 8, seed: 0 }
     }
 }
 
@@ -44,7 +47,7 @@ impl Settings {
     fn reference(&self) -> f32 {
         match self.shadow_samples {
             0 => (32.0 / libm::sqrtf(self.samples.max(1) as f32)).max(1.0),
-            n => n as f32,
+            n => f32::from(n),
         }
     }
 }

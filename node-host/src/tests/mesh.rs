@@ -27,7 +27,13 @@ pub(super) fn scene(name: &str) -> KiloFile {
 pub(super) fn config(file: &KiloFile, nodes: usize, topology: &str, memory: usize) -> Config {
     let joined = Topology::parse(topology, nodes as u32).expect("a topology");
     let options = MeshOptions {
-        settings: Settings { samples: 1, shadow_samples: 1, bounces: 4, seed: u64::MAX },
+        settings: Settings {
+            samples: 1,
+            shadow_samples: 1,
+            lights: 64,
+            bounces: 4,
+            seed: u64::MAX,
+        },
         memory,
         tile: Some(4),
         ..MeshOptions::new(24, 20, joined)

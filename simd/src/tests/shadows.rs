@@ -95,10 +95,15 @@ fn cases() -> impl Strategy<Value = Case> {
                 ..Material::zeroed()
             },
         );
-        let settings =
-            (0_u32..=64, 1_u32..64, any::<u64>()).prop_map(|(shadow_samples, samples, seed)| {
-                Settings { samples, shadow_samples, bounces: 8, seed }
-            });
+        let settings = (0_u16..=64, 1_u16..4, 1_u32..64, any::<u64>()).prop_map(
+            |(shadow_samples, lights, samples, seed)| Settings {
+                samples,
+                shadow_samples,
+                lights,
+                bounces: 8,
+                seed,
+            },
+        );
         (
             (settings, material, any::<Option<[u32; 3]>>()),
             (prop::collection::vec(lights(scale), 1..4), any::<bool>(), 0_u32..64),

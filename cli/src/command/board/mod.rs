@@ -234,7 +234,7 @@ fn placement(board: &args::Board, scene: &Scene, mesh: &Mesh) -> Placement {
 
 /// What all boards are told.
 fn setup(scene: &Scene, options: &Options, mesh: &Mesh) -> Outcome<Setup> {
-    let shade::Settings { samples, shadow_samples, bounces, seed } = options.settings;
+    let shade::Settings { samples, shadow_samples, lights, bounces, seed } = options.settings;
     let pixels = u64::from(options.width) * u64::from(options.height);
     let enough = |side: &u16| {
         let area = u64::from(*side) * u64::from(*side);
@@ -256,6 +256,7 @@ fn setup(scene: &Scene, options: &Options, mesh: &Mesh) -> Outcome<Setup> {
         height: options.height,
         samples,
         shadow_samples,
+        lights,
         side: SIDES.into_iter().find(enough).unwrap_or(SIDES[SIDES.len() - 1]),
         payload: PAYLOAD,
         depth: 1,

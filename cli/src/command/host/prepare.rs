@@ -65,6 +65,7 @@ fn of_config(host: &args::Host, path: &Path) -> Outcome<Prepared> {
         height: Some(options.height),
         samples: settings.samples,
         shadow_samples: Some(settings.shadow_samples).filter(|&samples| samples > 0),
+        lights_per_point: settings.lights,
         bounces: settings.bounces.into(),
         seed: settings.seed,
         memory: Some(options.memory as u64),

@@ -1,6 +1,7 @@
 //! Direct light of one lamp on a plane, against form factors (Howell's catalogue), in f64.
 
 use super::*;
+use crate::light::{Aim, Dark};
 use crate::trace::Scalar;
 use core::f64::consts::PI;
 use std::vec;
@@ -50,7 +51,13 @@ fn error(lamp: Light, exact: f64, n: u32, seeds: u64) -> f64 {
     let mut square = 0.0;
     for seed in 0..seeds {
         let mut scene = Scene {
-            settings: Settings { samples: 1, shadow_samples: 0, bounces: 0, seed },
+            settings: Settings {
+                samples: 1,
+                shadow_samples: 0,
+                bounces: 0,
+                seed,
+                ..Settings::default()
+            },
             ..Scene::default()
         };
         floor(&mut scene, matt(1.0));
@@ -188,4 +195,65 @@ fn lights_of_any_shape_and_attitude_agree_with_lamberts_formula() {
         let corners: Vec<_> = corners.into_iter().map(|c| c.to_array().map(f64::from)).collect();
         converges("polygon", light(kind, corner, u, v, 1.0), polygon_above(&corners), 1e-4);
     }
+}
+
+/// The solid angle of a flat lamp seen from the origin of z = 0, and the same times cosine, in f64, by the middles of many small parts.
+fn size_of(lamp: &Light) -> [f64; 2] {
+    let kind = LightKind::from_u32(lamp.kind).unwrap();
+    let [position, u, v] = [lamp.position, lamp.u, lamp.v].map(|p| Vec3::from(p).as_dvec3());
+    let normal = u.cross(v);
+    let (n, disc) = (48, kind == LightKind::Disc);
+    let mut sums = [0.0; 2];
+    for k in 0..n * n {
+        let [a, b] = [k % n, k / n].map(|i| (f64::from(i) + 0.5) / f64::from(n));
+        let [a, b] = [a, b].map(|x| if disc { 2.0 * x - 1.0 } else { x });
+        let inside = match kind {
+            LightKind::Triangle => a + b <= 1.0,
+            LightKind::Disc => a * a + b * b <= 1.0,
+            _ => true,
+        };
+        let to = position + u * a + v * b;
+        let cell = if disc { 4.0 } else { 1.0 } / f64::from(n * n);
+        let part = if inside { cell * -to.dot(normal) / to.length().powi(3) } else { 0.0 };
+        sums = [sums[0] + part, sums[1] + part * to.z.abs() / to.length()];
+    }
+    sums
+}
+
+/// The quick look at a light that is far away says what the whole one says, and no less than half of what it is worth, at any scale.
+#[test]
+fn lights_far_away_are_worth_what_a_quick_look_says() {
+    let mut scene = Scene::default();
+    floor(&mut scene, matt(1.0));
+    scene.lights.push(horizontal(LightKind::Parallelogram, [0.0, 1.0], [0.0, 1.0], 1.0));
+    let mut surface = first_bundle(&scene, 0).0.surface;
+    surface.position = Vec3::ZERO;
+    let numbers = crate::random::Sequence::from_seed(5);
+    let (mut least, mut most, mut alike) = (1.0_f64, 1.0_f64, 0);
+    for k in 0..8_000 {
+        let [a, b] = numbers.point(6 * k);
+        let [c, d] = numbers.point(6 * k + 1);
+        let scale = [1.0, 1e-6, 1e6][k as usize % 3];
+        let kinds = [LightKind::Parallelogram, LightKind::Triangle, LightKind::Disc];
+        let kind = kinds[k as usize / 3 % 3];
+        let u = Vec3::new(0.3 * a, 0.1, 0.05) * scale;
+        let v = Vec3::new(0.1, -0.3 * b, 0.1) * scale;
+        let v = if kind == LightKind::Disc { u.any_orthogonal_vector() } else { v };
+        let at = Vec3::new(4.0 * c - 2.0, 4.0 * d - 2.0, 3.0 * a - 0.5) * scale;
+        let lamp = Light { reach: 2.0 * scale, ..light(kind, at, u, v, 3.0) };
+        let answers = [[true, false], [false, true], [true, true]][k as usize % 7 % 3];
+        let Some(quick) = Aim::far(&lamp, &surface, answers) else { continue };
+        match (quick, Aim::new(&lamp, &surface, answers)) {
+            (Ok(quick), Ok(_)) => {
+                let [solid_angle, projected] = size_of(&lamp).map(|exact| 3.0 * exact);
+                least = least.min(f64::from(quick) / projected);
+                most = most.max(f64::from(quick) / solid_angle);
+                alike += 1;
+            }
+            // The quick one may think the light larger.
+            (Ok(_), Err(Dark::Below)) => {}
+            (quick, whole) => assert_eq!(quick.err(), whole.err(), "{lamp:?}"),
+        }
+    }
+    assert!(alike > 1_000 && least > 0.8 && most < 1.5, "{alike} {least} {most}");
 }

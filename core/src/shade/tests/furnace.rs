@@ -5,7 +5,7 @@ use super::*;
 /// A sky of radiance 1 all around.
 fn furnace(samples: u32, bounces: u8) -> Scene {
     let mut scene = Scene {
-        settings: Settings { samples, shadow_samples: 0, bounces, seed: 3 },
+        settings: Settings { samples, shadow_samples: 0, bounces, seed: 3, ..Settings::default() },
         ..Scene::default()
     };
     let sky = light(LightKind::Distant, Vec3::ZERO, Vec3::Y, Vec3::new(-1.0, 2.0, 0.0), 1.0);

@@ -4,8 +4,8 @@ use super::direct::{first_bundle, horizontal, rectangle_above, sphere_above};
 use super::*;
 
 /// What a bundle of a white floor brings: the sum of its rays if nothing is in the way, which is what is said of it before, and of those that pass `is_seen`.
-fn bring(lamp: Light, shadow_samples: u32, seed: u64, is_seen: impl Fn(Vec3) -> bool) -> [f64; 2] {
-    let settings = Settings { samples: 1, shadow_samples, bounces: 0, seed };
+fn bring(lamp: Light, shadow_samples: u16, seed: u64, is_seen: impl Fn(Vec3) -> bool) -> [f64; 2] {
+    let settings = Settings { samples: 1, shadow_samples, bounces: 0, seed, ..Settings::default() };
     let mut scene = Scene { settings, ..Scene::default() };
     floor(&mut scene, matt(1.0));
     scene.lights.push(lamp);
