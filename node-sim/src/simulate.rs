@@ -219,10 +219,11 @@ fn report<W: World + Send>(
         let crash = faults.crashes.iter().find(|crash| crash.node == node);
         crash.map(|crash| crash.at_ns)
     };
-    let nodes: Vec<NodeReport> = run
-        .nodes
-        .iter()
-        .zip(0..)
+    let fingerprint = format!("{:016x}", run.fingerprint());
+    let links = run.take_links();
+    // Each report where its place was: there may be thousands.
+    let nodes = take(&mut run.nodes).into_iter().zip(0..);
+    let nodes: Vec<NodeReport> = nodes
         .map(|(place, number)| {
             let (node, state) = (&place.actor, &place.state);
             let budget = node.budget();
@@ -241,7 +242,6 @@ fn report<W: World + Send>(
             }
         })
         .collect();
-    let links = run.links();
     let totals = Totals::new(&nodes, &links);
     Report {
         mesh: MeshReport::new(mesh),
@@ -256,7 +256,7 @@ fn report<W: World + Send>(
         trace: take(&mut run.trace),
         flows: run.watch.take_flows(),
         events: run.events,
-        fingerprint: format!("{:016x}", run.fingerprint()),
+        fingerprint,
         nodes,
         links,
     }

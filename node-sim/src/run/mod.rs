@@ -38,9 +38,8 @@ pub(crate) use place::Place;
 use std::sync::Arc;
 
 use journal::{Journal, Moment, Span};
-use kiloray_core::network::{HOST, Mesh, NodeId, Port};
+use kiloray_core::network::{HOST, Mesh, NodeId};
 use kiloray_render::watch::Watch;
-use link::LinkState;
 use round::{Parts, Places, Round, Task};
 use timeline::TimelineRecorder;
 
@@ -237,25 +236,24 @@ impl<'m, N: Actor<'m> + Send, H: Actor<'m> + Send> Run<'m, N, H> {
         all
     }
 
-    /// What the links sent, by the place that they leave, then by port.
-    pub(crate) fn links(&mut self) -> Vec<LinkReport> {
+    /// What the links sent, by the place that they leave, then by port. They are given away with it: there may be very many.
+    pub(crate) fn take_links(&mut self) -> Vec<LinkReport> {
         let Self { nodes, host, .. } = self;
-        let ports = |links: &[LinkState]| (0..links.len() as u16).map(Port);
-        let mut buffers: Vec<Vec<(u32, u32)>> = Vec::with_capacity(nodes.len() + 1);
-        for node in nodes.iter_mut() {
-            buffers.push(ports(&node.links).map(|port| node.buffers(port)).collect());
-        }
-        buffers.push(ports(&host.links).map(|port| host.buffers(port)).collect());
         let id = |place: NodeId| (place != HOST).then_some(place.0);
-        let leaving = nodes.iter().map(|node| &node.links).chain([&host.links]);
-        let links = leaving.zip((0..nodes.len() as u16).map(NodeId).chain([HOST]));
-        let mut all = Vec::with_capacity(buffers.iter().map(Vec::len).sum());
-        for (links, from) in links {
+        let len = nodes.iter().map(|node| node.links.len()).sum::<usize>() + host.links.len();
+        let mut all = Vec::with_capacity(len);
+        for from in 0..=nodes.len() {
+            let (here, links) = match nodes.get_mut(from) {
+                Some(node) => (node.here, std::mem::take(&mut node.links)),
+                None => (HOST, std::mem::take(&mut host.links)),
+            };
             for (link, port) in links.iter().zip(0..) {
                 let Some(to) = link.to else { continue };
-                let end = usize::from(to.0).min(nodes.len());
-                let buffers = buffers[end][usize::from(link.back.0)];
-                all.push(link.report(id(from), id(to), port, buffers));
+                let buffers = match nodes.get_mut(usize::from(to.0)) {
+                    Some(node) => node.buffers(link.back),
+                    None => host.buffers(link.back),
+                };
+                all.push(link.report(id(here), id(to), port, buffers));
             }
         }
         all

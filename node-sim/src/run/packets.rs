@@ -62,6 +62,9 @@ impl Buffers {
     }
 }
 
+/// The room for packets grows by so many.
+const PLACES: usize = 8;
+
 /// The number of a packet, in place of its payload.
 const TICKET: usize = size_of::<u32>();
 
@@ -101,6 +104,11 @@ impl Packets {
                 index
             }
             None => {
+                if self.here.len() == self.here.capacity() {
+                    // There may be thousands of places: none takes more than it needs.
+                    self.here.reserve_exact(PLACES);
+                    self.free.reserve_exact(self.here.capacity());
+                }
                 self.here.push(incoming);
                 (self.here.len() - 1) as u32
             }

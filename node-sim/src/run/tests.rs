@@ -145,7 +145,7 @@ fn run_with_work(
         assert!(run.events < 1_000_000, "it does not come to an end");
     }
     run.settle();
-    let links = run.links();
+    let links = run.take_links();
     let mut seen = Seen {
         arrived: Vec::new(),
         end: run.now,
