@@ -104,7 +104,7 @@ const REACH_FIRST: f32 = 1.0 / 32.0;
 const REACH_MAX: f32 = 0.5;
 const REACH_MIN: f32 = 1.0 / 128.0;
 /// The price of a search, about that of so many shadow rays that nothing is in the way of.
-const SEARCH: u32 = 32;
+const SEARCH: u32 = 64;
 /// What can be laid by: for searches in vain, each for half the size, before there are few.
 const PURSE_MAX: u32 = 4 * SEARCH;
 
@@ -127,7 +127,7 @@ impl Searches {
 
     /// The next box is larger after each that was found, smaller after each in vain.
     fn learn(&mut self, found: bool) {
-        let factor = if found { 1.3 } else { 0.6 };
+        let factor = if found { 2.0 } else { 0.5 };
         self.reach = (self.reach * factor).clamp(REACH_MIN, REACH_MAX);
     }
 }
