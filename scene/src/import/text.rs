@@ -23,7 +23,9 @@ pub(super) fn read(path: &Path, limits: &Limits) -> Result<Vec<u8>, Cause> {
         return Err(too_long());
     }
     let mut file = File::open(path)?.take(limits.file_bytes.saturating_add(1));
-    let mut text = Vec::with_capacity(usize::try_from(known.len()).unwrap_or(0));
+    let mut text = Vec::new();
+    let len = usize::try_from(known.len()).unwrap_or(usize::MAX);
+    text.try_reserve_exact(len).map_err(|_| io::Error::from(io::ErrorKind::OutOfMemory))?;
     // What is no text shows it soon.
     file.by_ref().take(1 << 16).read_to_end(&mut text)?;
     check(&text)?;

@@ -12,6 +12,12 @@ pub enum ModelError {
         /// What there are too many of.
         what: &'static str,
     },
+    /// There is no memory for more.
+    #[error("more {what} than there is memory for; split the scene, or give more memory")]
+    Memory {
+        /// What there are too many of.
+        what: &'static str,
+    },
     /// A material has a value that cannot be rendered.
     #[error("material `{name}`: {what}")]
     Material {

@@ -143,10 +143,11 @@ impl Model {
     }
 }
 
-/// Appends with a `u32` index; `u32::MAX` is kept free for "none".
+/// Appends with a `u32` index, if there is memory; `u32::MAX` is kept free for "none".
 pub(super) fn push<T>(list: &mut Vec<T>, item: T, what: &'static str) -> Result<u32, ModelError> {
     let index = u32::try_from(list.len()).ok().filter(|&i| i < NO_NORMAL);
     let index = index.ok_or(ModelError::Count { what })?;
+    list.try_reserve(1).map_err(|_| ModelError::Memory { what })?;
     list.push(item);
     Ok(index)
 }
