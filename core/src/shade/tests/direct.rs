@@ -257,3 +257,36 @@ fn lights_far_away_are_worth_what_a_quick_look_says() {
     }
     assert!(alike > 1_000 && least > 0.8 && most < 1.5, "{alike} {least} {most}");
 }
+
+/// However few of many small lamps are asked, near and far, they stand for all: the mean is that of all form factors.
+#[test]
+fn few_of_many_lamps_stand_for_all() {
+    let settings =
+        Settings { samples: 1 << 13, shadow_samples: 1, bounces: 0, ..Settings::default() };
+    let mut scene = Scene { settings, ..Scene::default() };
+    floor(&mut scene, matt(1.0));
+    let mut exact = 0.0;
+    for k in 0..60 {
+        let [a, b] = crate::random::Sequence::from_seed(3).point(k);
+        let (x, y) = (3.0 * a - 1.5, 3.0 * b - 1.5);
+        let (side, h) = (0.05 + 0.1 * (k % 4) as f32, 0.1 + 0.9 * a * b);
+        let (x, y) = ([x, x + side], [y, y + 2.0 * side]);
+        let kind = [LightKind::Parallelogram, LightKind::Triangle][k as usize % 2];
+        scene.lights.push(horizontal(kind, x, y, h));
+        exact += match kind {
+            LightKind::Triangle => {
+                let corner = |x: f32, y: f32| [x, y, h].map(f64::from);
+                polygon_above(&[corner(x[0], y[0]), corner(x[0], y[1]), corner(x[1], y[0])])
+            }
+            _ => rectangle_above(x.map(f64::from), y.map(f64::from), f64::from(h)),
+        };
+    }
+    for (lights, bound) in [(64, 2e-3), (8, 5e-3), (1, 0.02)] {
+        scene.settings.lights = lights;
+        let (seen, counts) = scene.seen(&down(0.0, 0.0), 0);
+        let error = f64::from(seen.x) / exact - 1.0;
+        assert!(error.abs() < bound, "{lights}: {error}");
+        let asked = (60 << 13) - counts.lights_by_chance;
+        assert!(asked <= u64::from(lights + 2) << 13, "{lights}: {counts:?}");
+    }
+}
