@@ -80,7 +80,8 @@ impl Shader<'_> {
                 })
                 .sum();
             let most = f32::from(self.settings.lights).max(1.0);
-            direct.spacing = direct.total / (most * point.path.importance()).clamp(1.0, most);
+            let teeth = (most * point.path.importance()).max(1.0).min(most);
+            direct.spacing = direct.total / teeth;
             [direct.offset, _] = Sequence::new(key, Purpose::Lights).point(key.sample);
         }
         direct
