@@ -1,8 +1,7 @@
 use super::slots::{RaySlot, ShadowSlot};
 use super::{Lit, Node, Prefetch, RayKind, Time, Traced, World};
-use crate::render::BUNDLE;
 use crate::shade::{PathRay, Shadow, Sum};
-use crate::trace::Trail;
+use crate::trace::{BUNDLE, Trail};
 
 /// Shadow rays traced one by one in a step, at least.
 const SHADOWS_PER_STEP: u32 = 2;

@@ -2,9 +2,8 @@ use super::{Missing, Work};
 use crate::block::BlockSource;
 use crate::geometry::Ray;
 use crate::path::PathKey;
-use crate::render::BUNDLE;
 use crate::shade::{Counts, PackedHit, PathRay, Shadow, Sum};
-use crate::trace::Trail;
+use crate::trace::{BUNDLE, Trail};
 
 /// What a node computes, apart from how it is divided: geometry and light.
 ///

@@ -49,4 +49,4 @@ pub use sight::Sight;
 pub(crate) use sort::sort_by_key;
 pub(crate) use tile::Places;
 pub use tile::{Tile, Tiling};
-pub(crate) use trust::{BUNDLE, Trust};
+pub(crate) use trust::Trust;

@@ -1,7 +1,6 @@
 use super::sort::sort_by_key;
 use super::stack::Stack;
 use super::tile::{Places, Tile};
-use super::trust::BUNDLE;
 use super::{Plan, Sight};
 use crate::block::BlockSource;
 use crate::geometry::Hit;
@@ -11,7 +10,7 @@ use crate::scene::Needs;
 use crate::shade::{Counts, Path, Point, SPLITS, Shader, Sum};
 use crate::shade::{PathRay, Shadow, ShadowRays};
 use crate::store::{Arena, ArenaFull, Budget, Line};
-use crate::trace::{TraceError, Tracer};
+use crate::trace::{BUNDLE, TraceError, Tracer};
 use crate::view::Camera;
 use core::fmt;
 use core::sync::atomic::{AtomicBool, Ordering};

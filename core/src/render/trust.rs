@@ -1,5 +1,4 @@
-/// Shadow rays of a bundle, at most.
-pub(crate) const BUNDLE: usize = 64;
+use crate::trace::BUNDLE;
 
 /// Whether to look if a bundle of shadow rays can be skipped, and how many bundles together.
 ///

@@ -106,8 +106,13 @@ fn any_plan() -> NodePlan {
 fn run(file: KiloView<'_>, mesh: Mesh, settings: Settings, plan: &NodePlan, budget: Budget) {
     let mut memory = [Chunk::ZERO; 8];
     let mut arena = Arena::new(any_room(&mut memory));
-    let shading =
-        shade::Settings { samples: any(), shadow_samples: any(), lights: any(), bounces: any(), seed: any() };
+    let shading = shade::Settings {
+        samples: any(),
+        shadow_samples: any(),
+        lights: any(),
+        bounces: any(),
+        seed: any(),
+    };
     let camera = file.views().first().and_then(|view| Camera::new(view, any(), any(), any()));
     let Some(camera) = camera else { return };
     let tiling = Tiling::new(any(), any(), any());

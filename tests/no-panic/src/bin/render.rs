@@ -27,7 +27,13 @@ fn plan(memory: usize) -> Option<Plan> {
 
 #[inline(never)]
 fn draw(file: KiloView<'_>, memory: &mut [Chunk], plan: &Plan) {
-    let settings = Settings { samples: any(), shadow_samples: any(), lights: any(), bounces: any(), seed: any() };
+    let settings = Settings {
+        samples: any(),
+        shadow_samples: any(),
+        lights: any(),
+        bounces: any(),
+        seed: any(),
+    };
     let Some(camera) = file.views().first().and_then(|view| Camera::new(view, any(), any(), any()))
     else {
         return;

@@ -32,7 +32,13 @@ entry!({
         lights: black_box(&[]),
         needs: Needs { bits: any(), radiance_max: any() },
     };
-    let settings = Settings { samples: any(), shadow_samples: any(), lights: any(), bounces: any(), seed: any() };
+    let settings = Settings {
+        samples: any(),
+        shadow_samples: any(),
+        lights: any(),
+        bounces: any(),
+        seed: any(),
+    };
     let shader = Shader::new(tables, settings);
     let path = Path::camera(PathKey::camera(any(), any(), any()));
     let ray: Ray = black_box(Ray {
