@@ -2,7 +2,7 @@
 //! prints whether the pictures are the same, what each took, and where the mesh's time went.
 //!
 //! With `PAIRS=n` it does both n times in turns, and prints the ratio of their times and of their processor times; with `ONLY=mesh` or `ONLY=plain` one of
-//! the two, `REPEAT` times. `GROUP`, `SHADOW`, `POINTS`, `BW`, `PACKET`, `TOP`, `TILE`, `PROFILE` and `SEED` set options of the mesh, `THREADS` those of this machine. What a node took of this machine
+//! the two, `REPEAT` times. `GROUP`, `SHADOW`, `POINTS`, `BW`, `LATENCY`, `PACKET`, `TOP`, `TILE`, `PROFILE` and `SEED` set options of the mesh, `THREADS` those of this machine. What a node took of this machine
 //! beside its arena is printed where that can be known.
 //!
 //! `cargo run --release -p kiloray-sim --example compare -- SCENE TOPOLOGY NODES MEMORY_KIB SIDE [SCHEDULE [BLOCK_KIB [SAMPLES]]]`
@@ -37,6 +37,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     }
     if let Ok(p) = std::env::var("BW") {
         options.link.bandwidth = p.parse()?;
+    }
+    if let Ok(p) = std::env::var("LATENCY") {
+        options.link.latency = p.parse()?;
     }
     if let Ok(p) = std::env::var("PACKET") {
         options.mesh.packet = p.parse()?;
