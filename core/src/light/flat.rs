@@ -126,7 +126,7 @@ impl Flat {
         let square = to.dot(to);
         // No less than that of the sphere round the centre that holds it.
         let radius2 = sides * (u.dot(u) + v.dot(v));
-        // Height above its plane, times twice the area of its triangle.
+        // Height above its plane, times the length of the normal.
         let facing = (surface.position - position).dot(normal);
         let quotient = part * facing / (square * square);
         let is_far = square > 4.0 * radius2 && square < f32::MAX;

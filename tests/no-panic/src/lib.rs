@@ -11,6 +11,7 @@
 
 use core::hint::black_box;
 use core::panic::PanicInfo;
+use kiloray_core::shade::Settings;
 
 #[cfg(not(feature = "name-panics"))]
 unsafe extern "C" {
@@ -49,6 +50,11 @@ pub fn any_bytes() -> &'static [u8] {
 #[inline(never)]
 pub fn any<T: bytemuck::Zeroable>() -> T {
     black_box(T::zeroed())
+}
+
+/// Any settings of a picture's light.
+pub fn any_shading() -> Settings {
+    Settings { samples: any(), shadow_samples: any(), lights: any(), bounces: any(), seed: any() }
 }
 
 /// Room to write to, of a length that the compiler does not know.

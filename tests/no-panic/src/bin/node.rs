@@ -10,11 +10,11 @@ use kiloray_core::node::{
     Settings, ShadowPolicy, TaskOrder, Time,
 };
 use kiloray_core::render::Tiling;
-use kiloray_core::shade::{self, Shader, Tables};
+use kiloray_core::shade::{Shader, Tables};
 use kiloray_core::store::{Arena, Budget, Chunk};
 use kiloray_core::trace::Scalar;
 use kiloray_core::view::Camera;
-use kiloray_no_panic::{any, any_bytes, any_room, entry, print};
+use kiloray_no_panic::{any, any_bytes, any_room, any_shading, entry, print};
 
 #[inline(never)]
 fn shadow() -> ShadowPolicy {
@@ -106,13 +106,7 @@ fn any_plan() -> NodePlan {
 fn run(file: KiloView<'_>, mesh: Mesh, settings: Settings, plan: &NodePlan, budget: Budget) {
     let mut memory = [Chunk::ZERO; 8];
     let mut arena = Arena::new(any_room(&mut memory));
-    let shading = shade::Settings {
-        samples: any(),
-        shadow_samples: any(),
-        lights: any(),
-        bounces: any(),
-        seed: any(),
-    };
+    let shading = any_shading();
     let camera = file.views().first().and_then(|view| Camera::new(view, any(), any(), any()));
     let Some(camera) = camera else { return };
     let tiling = Tiling::new(any(), any(), any());

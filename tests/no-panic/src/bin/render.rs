@@ -6,11 +6,11 @@ use core::hint::black_box;
 use kiloray_core::block::KiloView;
 use kiloray_core::path::PathKey;
 use kiloray_core::render::{Job, Plan, PlanSettings, Renderer, SceneSize, Sight, Tiling};
-use kiloray_core::shade::{Counts, Settings, Shader, Tables};
+use kiloray_core::shade::{Counts, Shader, Tables};
 use kiloray_core::store::{Arena, BlockCache, Chunk, FetchedBlocks};
 use kiloray_core::trace::Scalar;
 use kiloray_core::view::Camera;
-use kiloray_no_panic::{any, any_bytes, any_room, entry, print};
+use kiloray_no_panic::{any, any_bytes, any_room, any_shading, entry, print};
 
 #[inline(never)]
 fn plan(memory: usize) -> Option<Plan> {
@@ -27,13 +27,7 @@ fn plan(memory: usize) -> Option<Plan> {
 
 #[inline(never)]
 fn draw(file: KiloView<'_>, memory: &mut [Chunk], plan: &Plan) {
-    let settings = Settings {
-        samples: any(),
-        shadow_samples: any(),
-        lights: any(),
-        bounces: any(),
-        seed: any(),
-    };
+    let settings = any_shading();
     let Some(camera) = file.views().first().and_then(|view| Camera::new(view, any(), any(), any()))
     else {
         return;

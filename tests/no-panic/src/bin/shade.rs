@@ -7,8 +7,8 @@ use kiloray_core::geometry::{Hit, Ray};
 use kiloray_core::material::{OpticalDepth, crossing};
 use kiloray_core::path::PathKey;
 use kiloray_core::scene::Needs;
-use kiloray_core::shade::{Counts, Path, Settings, Shader, Tables, Visibility};
-use kiloray_no_panic::{any, entry};
+use kiloray_core::shade::{Counts, Path, Shader, Tables, Visibility};
+use kiloray_no_panic::{any, any_shading, entry};
 
 /// A tracer that the compiler cannot see through.
 struct Unknown;
@@ -32,13 +32,7 @@ entry!({
         lights: black_box(&[]),
         needs: Needs { bits: any(), radiance_max: any() },
     };
-    let settings = Settings {
-        samples: any(),
-        shadow_samples: any(),
-        lights: any(),
-        bounces: any(),
-        seed: any(),
-    };
+    let settings = any_shading();
     let shader = Shader::new(tables, settings);
     let path = Path::camera(PathKey::camera(any(), any(), any()));
     let ray: Ray = black_box(Ray {
