@@ -181,6 +181,13 @@ impl Shadow {
         }
     }
 
+    /// What it is sorted by: its light, then the signs of its direction, as rays of the same signs are traced together.
+    #[must_use]
+    pub(crate) fn order(&self) -> u32 {
+        let [x, y, z] = self.direction.map(|d| d.to_bits() >> 31);
+        self.source << 3 | z << 2 | y << 1 | x
+    }
+
     /// What it brings if nothing is in its way.
     #[must_use]
     pub fn light(&self) -> Vec3 {
