@@ -24,8 +24,9 @@ pub(super) struct Tiles {
     leases: [(u32, u32); LEASES],
     /// How many the host gave last.
     had: u32,
-    /// Requests of its group that came when it had none, in the order in which they came: nodes and numbers.
-    waiting: [(u16, u32); WAITING],
+    /// Requests of its group that came when it had none, in the order in which they came: nodes, and the numbers of the requests.
+    waiting: [u16; WAITING],
+    asks: [u32; WAITING],
     waiters: usize,
 }
 
@@ -49,7 +50,8 @@ impl Tiles {
             busy: u32::MAX,
             leases: [(0, 0); LEASES],
             had: 0,
-            waiting: [(0, 0); WAITING],
+            waiting: [0; WAITING],
+            asks: [0; WAITING],
             waiters: 0,
         }
     }
@@ -85,23 +87,33 @@ impl Tiles {
     /// it sees that its sub-master lives.
     fn keep(&mut self, from: NodeId, number: u32) -> bool {
         let waiting = self.waiting.get(..self.waiters).unwrap_or_default();
-        if let Some(at) = waiting.iter().position(|(node, _)| *node == from.0) {
+        if let Some(at) = waiting.iter().position(|node| *node == from.0) {
             self.forget(at);
             return false;
         }
-        let Some(place) = self.waiting.get_mut(self.waiters) else { return false };
-        *place = (from.0, number);
+        let places = (self.waiting.get_mut(self.waiters), self.asks.get_mut(self.waiters));
+        let (Some(node), Some(ask)) = places else { return false };
+        (*node, *ask) = (from.0, number);
         self.waiters = self.waiters.saturating_add(1);
         true
     }
 
     /// A request that was kept is answered.
     fn forget(&mut self, at: usize) {
-        let behind = self.waiting.get_mut(at..self.waiters).unwrap_or_default();
-        if !behind.is_empty() {
-            behind.iter_mut().rfold((0, 0), |next, place| core::mem::replace(place, next));
-            self.waiters = self.waiters.saturating_sub(1);
+        let kept = at..self.waiters;
+        if kept.is_empty() {
+            return;
         }
+        let (waiting, asks) = (self.waiting.get_mut(kept.clone()), self.asks.get_mut(kept));
+        drop_first(waiting.unwrap_or_default());
+        drop_first(asks.unwrap_or_default());
+        self.waiters = self.waiters.saturating_sub(1);
+    }
+
+    /// The request that has waited longest.
+    fn first_waiting(&self) -> Option<(NodeId, u32)> {
+        let [node, ..] = self.waiting.get(..self.waiters)? else { return None };
+        Some((NodeId(*node), *self.asks.first()?))
     }
 
     fn next_leased(&self) -> Option<u32> {
@@ -141,9 +153,9 @@ impl Tiles {
         }
         s.pod(&mut self.had);
         s.len(&mut self.waiters);
-        for (node, number) in self.waiting.iter_mut().take(self.waiters) {
+        for (node, ask) in self.waiting.iter_mut().zip(&mut self.asks).take(self.waiters) {
             s.pod(node);
-            s.pod(number);
+            s.pod(ask);
         }
     }
 
@@ -165,6 +177,11 @@ impl Tiles {
     fn leased(&self) -> u32 {
         self.leases.iter().fold(0, |sum, (_, count)| sum.saturating_add(*count))
     }
+}
+
+/// Puts each item in the place of the one before it.
+fn drop_first<T: Default>(items: &mut [T]) {
+    items.iter_mut().rfold(T::default(), |next, place| core::mem::replace(place, next));
 }
 
 impl<W: World> Node<'_, W> {
@@ -296,9 +313,8 @@ impl<W: World> Node<'_, W> {
     /// Gives tiles to those that have waited for them, as far as there is room.
     pub(super) fn answer_waiting(&mut self, now: Time) {
         while self.tiles.next_leased().is_some() {
-            let waiting = self.tiles.waiting.get(..self.tiles.waiters).unwrap_or_default();
-            let Some(&(node, number)) = waiting.first() else { return };
-            if !self.grant(NodeId(node), number, now) {
+            let Some((node, number)) = self.tiles.first_waiting() else { return };
+            if !self.grant(node, number, now) {
                 return;
             }
             self.tiles.forget(0);

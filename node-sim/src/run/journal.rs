@@ -21,12 +21,11 @@ pub(crate) struct Journal {
 }
 
 impl Journal {
-    /// Takes over what another has to be taken down.
+    /// Takes over what another has to be taken down in order.
     pub(crate) fn append(&mut self, other: &mut Self) {
         self.now = self.now.max(other.now);
         self.events += std::mem::take(&mut other.events);
         self.moments.append(&mut other.moments);
-        self.spans.append(&mut other.spans);
         self.trace.append(&mut other.trace);
     }
 }

@@ -5,8 +5,6 @@ use crate::{Link, LinkReport, Switching};
 /// One direction of a link, as its sender keeps it.
 #[derive(Debug)]
 pub(crate) struct LinkState {
-    /// Its number among all links: by the place that it leaves, then by port.
-    pub(crate) number: u32,
     /// Who receives; `None` where there is nobody: such a link is never used.
     pub(crate) to: Option<NodeId>,
     /// By which port.
@@ -28,11 +26,10 @@ pub(crate) struct LinkState {
 }
 
 impl LinkState {
-    /// The links that leave a place, one for each port, numbered from `first`. Nothing was sent yet.
-    pub(crate) fn of(mesh: &Mesh, place: NodeId, first: u32) -> Vec<Self> {
+    /// The links that leave a place, one for each port. Nothing was sent yet.
+    pub(crate) fn of(mesh: &Mesh, place: NodeId) -> Vec<Self> {
         let ports = (0..mesh.ports(place)).map(Port);
-        let link = |(port, number)| Self {
-            number,
+        let link = |port| Self {
             to: mesh.neighbour(place, port),
             back: mesh.reverse(place, port).unwrap_or(Port(0)),
             busy_until: 0,
@@ -43,7 +40,7 @@ impl LinkState {
             bytes: 0,
             busy: 0,
         };
-        ports.zip(first..).map(link).collect()
+        ports.map(link).collect()
     }
 
     /// What it sent, from a place by a port. `buffers` are the peak and the number of those at its end.

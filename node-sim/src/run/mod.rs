@@ -192,8 +192,8 @@ impl<'m, N: Actor<'m> + Send, H: Actor<'m> + Send> Run<'m, N, H> {
                 Moment::Seen(sight) => watch.see(at, sight),
             }
         }
-        // Behind what holds from a moment on: where the line grows, it goes on with that.
-        for span in journal.spans.drain(..) {
+        // Behind what holds from a moment on: where the line grows, it goes on with that. They stay with their parts, as a large mesh has many in a round.
+        for span in journals.iter_mut().flat_map(|part| part.spans.drain(..)) {
             match span {
                 Span::Busy { from, to, useful } => timeline.busy(from, to, useful),
                 Span::Waiting { from, to } => timeline.waiting(from, to),

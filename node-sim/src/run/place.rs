@@ -26,6 +26,8 @@ pub(crate) struct Place<'m, A> {
     pub(crate) state: PlaceState,
     /// The links that leave it, by port.
     pub(crate) links: Vec<LinkState>,
+    /// The number of the first among all links: by the place that they leave, then by port.
+    first: u32,
     /// What it has to tell, while it goes through a window.
     journal: Journal,
     /// Now \[ns\].
@@ -67,7 +69,8 @@ impl<'m, A: Actor<'m>> Place<'m, A> {
         Self {
             actor,
             state: PlaceState::new(),
-            links: LinkState::of(mesh, here, first),
+            links: LinkState::of(mesh, here),
+            first,
             journal: Journal::default(),
             now: 0,
             faults: FaultReport::default(),
@@ -258,7 +261,8 @@ impl<'m, A: Actor<'m>> Place<'m, A> {
         let duration = settings.link.duration(len);
         let link = &mut self.links[usize::from(port.0)];
         let Some(to) = link.to else { return };
-        let (back, number, of_link) = (link.back, link.number, link.packets + link.control_packets);
+        let (back, of_link) = (link.back, link.packets + link.control_packets);
+        let number = self.first + u32::from(port.0);
         link.busy_until = self.now + duration;
         link.busy += duration;
         link.bytes += len as u64;
