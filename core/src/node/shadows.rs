@@ -1,5 +1,5 @@
 use super::slots::{RaySlot, ShadowSlot};
-use super::together::TOGETHER;
+use super::together::bundle_len;
 use super::{Lit, Node, Prefetch, RayKind, Time, Traced, World};
 use crate::shade::{PathRay, Shadow, Sum};
 use crate::trace::{BUNDLE, Trail};
@@ -81,7 +81,7 @@ impl<W: World> Node<'_, W> {
             let turned = if self.turned { u32::MAX } else { 0 };
             // Where much has to come, a bundle is cut short by blocks: of rays of the same signs more go together. Else they follow their points, which suits
             // pyramids.
-            let by_signs = TOGETHER > 0 && !self.is_quiet();
+            let by_signs = cfg!(feature = "bundles") && !self.is_quiet();
             let order = |ray: &Shadow| if by_signs { ray.order() } else { ray.source };
             let fresh = self.shadows.get_mut(..self.fresh).unwrap_or_default();
             crate::render::sort_by_key(fresh, |slot| order(&slot.shadow) ^ turned);
@@ -89,7 +89,7 @@ impl<W: World> Node<'_, W> {
         let traced = match self.last_bundle() {
             Some((false, count)) if self.skip_bundle(count, now) => SHADOWS_PER_STEP,
             bundle => {
-                let count = bundle.map_or(0, |(_, count)| count).min(TOGETHER);
+                let count = bundle.map_or(0, |(_, count)| count).min(bundle_len());
                 let together = self.trace_shadows_together(count, now);
                 if together > 0 { together } else { self.trace_shadows(count, now) }
             }
@@ -103,7 +103,7 @@ impl<W: World> Node<'_, W> {
         let fresh = self.shadows.get(..self.fresh)?;
         let &ShadowSlot { begun, shadow: Shadow { source, .. }, .. } = fresh.last()?;
         // What has been looked at is gone through in each step: no further than it is traced.
-        let traced = TOGETHER.max(SHADOWS_PER_STEP as usize);
+        let traced = bundle_len().max(SHADOWS_PER_STEP as usize);
         let most = if begun == 0 { self.world.most() } else { traced };
         let last = fresh.get(fresh.len().saturating_sub(most)..)?;
         let alike = |slot: &&ShadowSlot| {
@@ -182,7 +182,7 @@ impl<W: World> Node<'_, W> {
 
     /// Traces some of the last shadow rays one by one: how many. Of those that are not at their beginning `count` is 0.
     fn trace_shadows(&mut self, count: usize, now: Time) -> u32 {
-        let most = (TOGETHER / ALONE) as u32;
+        let most = (bundle_len() / ALONE) as u32;
         let most = (count as u32).clamp(1, most.max(SHADOWS_PER_STEP));
         for _ in 0..most {
             let Some(mut slot) = self.take_shadow() else { break };

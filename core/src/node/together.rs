@@ -3,14 +3,17 @@ use super::{Ends, Node, Time, World};
 use crate::shade::PackedHit;
 use crate::trace::{BUNDLE, Trail};
 
-/// Rays that are traced together, at most.
-pub(super) const TOGETHER: usize = if cfg!(feature = "bundles") { BUNDLE } else { 0 };
 /// Fewer rays than this go one by one.
 const FEWEST: usize = if cfg!(test) { 2 } else { 4 };
 /// Paths that are traced together at a node that has been asked for something of late, at most: it looks for more between, as others wait for its answers.
-const TOGETHER_BUSY: usize = if TOGETHER > 0 { 12 } else { 0 };
+const MOST_BUSY: usize = 12;
 /// Steps without a request after which none is expected soon.
 const QUIET: u8 = 64;
+
+/// Rays that are traced together, at most.
+pub(super) const fn bundle_len() -> usize {
+    if cfg!(feature = "bundles") { BUNDLE } else { 0 }
+}
 
 impl<W: World> Node<'_, W> {
     /// Whether no other node has asked for anything of late.
@@ -22,7 +25,8 @@ impl<W: World> Node<'_, W> {
     pub(super) fn trace_together(&mut self, now: Time) -> u32 {
         let begins = |slot: &&RaySlot| slot.stage() == Stage::Trace && slot.trail() == Trail::START;
         let slots = self.ready.iter().filter_map(|&number| self.rays.get(usize::from(number)));
-        let slots = slots.take(if self.is_quiet() { TOGETHER } else { TOGETHER_BUSY });
+        let most = if self.is_quiet() { bundle_len() } else { bundle_len().min(MOST_BUSY) };
+        let slots = slots.take(most);
         let Some(shadow) = slots.clone().next().map(|slot| slot.ray.is_shadow()) else { return 0 };
         let alike = |slot: &&RaySlot| begins(slot) && slot.ray.is_shadow() == shadow;
         let rays = slots.take_while(alike).map(|slot| &slot.ray);
