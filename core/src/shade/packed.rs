@@ -1,5 +1,5 @@
 use super::{Path, ShadowRay};
-use crate::geometry::{Hit, Primitive, Ray};
+use crate::geometry::{Hit, PreparedRay, Primitive, Ray};
 use crate::path::PathKey;
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
@@ -184,8 +184,7 @@ impl Shadow {
     /// What it is sorted by: its light, then the signs of its direction, as rays of the same signs are traced together.
     #[must_use]
     pub(crate) fn order(&self) -> u32 {
-        let [x, y, z] = self.direction.map(|d| d.to_bits() >> 31);
-        self.source << 3 | z << 2 | y << 1 | x
+        self.source << 3 | u32::from(PreparedRay::signs(self.direction.into()))
     }
 
     /// What it brings if nothing is in its way.
