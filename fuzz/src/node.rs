@@ -72,6 +72,7 @@ impl<'a> Bench<'a> {
             schedule,
             shadow: ShadowPolicy::Steal,
             points: PointHome::Owner,
+            group: 0,
             side: 4,
             packet: 0,
             depth: 0,
@@ -258,13 +259,13 @@ fn answers(message: &Message<'_>, payload: usize) -> Vec<Vec<u8>> {
         Message::Ask { number, .. } => {
             reply(&Message::Grant { number, first: number % 4, count: 1, wait: 0 });
         }
-        Message::Fetch { block, offset } => {
+        Message::Fetch { block, offset, request } => {
             let bytes = SCENE.view().block_bytes(block).unwrap_or_default();
             let piece = (payload - kiloray_core::protocol::Item::PART_BYTES) / 4 * 4;
             for (k, bytes) in bytes.chunks(piece).enumerate() {
                 let at = (k * piece) as u32;
                 if at >= offset {
-                    reply(&Message::Part { block, offset: at, bytes });
+                    reply(&Message::Part { block, offset: at, request, bytes });
                 }
             }
         }

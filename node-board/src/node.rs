@@ -81,6 +81,7 @@ fn plan(file: &KiloView<'_>, mesh: Mesh, bytes: usize) -> Result<NodePlan, Pictu
         schedule: SCHEDULE,
         shadow: ShadowPolicy::Keep,
         points: PointHome::Finder,
+        group: 0,
         side: SIDE as usize,
         // Tiles are all that is said: the least does.
         packet: 256,

@@ -1,3 +1,4 @@
+use super::group::Group;
 use super::help::Helpers;
 use super::outbox::Outbox;
 use super::rom::Blocks;
@@ -44,6 +45,7 @@ pub struct Node<'a, W> {
     /// Tiles first, then visits.
     pub(super) roots: &'a mut [Root],
     pub(super) tiles: Tiles,
+    pub(super) group: Group<'a>,
     /// The sums of tile after tile.
     pub(super) sums: &'a mut [Sum],
     /// Visits among the roots.
@@ -69,6 +71,8 @@ pub struct Node<'a, W> {
     pub(super) suspects: [u16; SUSPECTS],
     /// Nodes that would take some of its work.
     pub(super) helpers: Helpers,
+    /// How much sooner blocks are asked for again than `patience` has it: where packets are lost, and none is late.
+    pub(super) haste: u8,
     /// How long fetches and rays have taken, smoothed.
     pub(super) fetch_time: Time,
     pub(super) ray_time: Time,
@@ -146,6 +150,7 @@ impl<'a, W: World> Node<'a, W> {
             turned: false,
             roots: arena.carve(plan.tiles.saturating_add(plan.visits))?,
             tiles: Tiles::new(plan.tiles, plan.pixels()),
+            group: Group::new(here, arena.carve(plan.members)?),
             sums: arena.carve(pixels)?,
             visitors: 0,
             fetches: arena.carve(plan.fetches)?,
@@ -161,6 +166,7 @@ impl<'a, W: World> Node<'a, W> {
             piece: plan.piece(),
             suspects: [u16::MAX; SUSPECTS],
             helpers: Helpers::NONE,
+            haste: 0,
             fetch_time: Time(0),
             ray_time: Time(0),
             next_deadline: Time::NEVER,

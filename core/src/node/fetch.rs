@@ -4,7 +4,7 @@ use super::rom::Blocks;
 use super::rules::Rule;
 use super::slots::{FetchSlot, RaySlot, Serve, Stage};
 use super::tell::tell;
-use super::{Node, Time, World};
+use super::{Node, Settings, Time, World};
 use crate::network::{NodeId, Router};
 use crate::protocol::{Item, Message, write};
 use crate::store::{Claim, Place};
@@ -14,8 +14,8 @@ use bytemuck::Zeroable;
 /// many: where each link loses one packet in 100, the other side of a ring of 256 nodes answers one request in thirteen, and none of 256 with a chance of 2e-9.
 const FETCH_TRIES: u16 = 16;
 const NEAR: u16 = 8;
-/// Its time limits are doubled so often at most.
-const DOUBLINGS: u16 = 5;
+/// Their first time limit is halved so often at most.
+const HASTE: u8 = 6;
 
 impl<W: World> Node<'_, W> {
     /// Sees to it that a block comes: reserves its frame, and asks for it. A request joins one that is under way.
@@ -88,7 +88,7 @@ impl<W: World> Node<'_, W> {
                 self.unsent = true;
                 continue;
             };
-            if !self.push(to, &Message::Fetch { block, offset }, now) {
+            if !self.push(to, &Message::Fetch { block, offset, request: fetch.request }, now) {
                 self.unsent = true;
                 break;
             }
@@ -134,7 +134,8 @@ impl<W: World> Node<'_, W> {
             self.suspect(fetch.asked());
             self.counts.fetches_again = self.counts.fetches_again.saturating_add(1);
             fetch.tries = fetch.tries.saturating_add(1);
-            fetch.again = 1;
+            fetch.request = fetch.request.wrapping_add(1);
+            fetch.begun = now.ticks();
             fetch.state = TO_BE_SENT;
             self.unsent = true;
             let all_gone = self.owner_for(fetch.block, None, fetch.gone).is_none();
@@ -154,16 +155,19 @@ impl<W: World> Node<'_, W> {
     /// How long an answer is awaited after so many requests in vain: all holders are asked in turn, each time for twice as long.
     fn fetch_limit(&self, tries: u16) -> Time {
         let round = tries.checked_div(self.settings.placement.copies()).unwrap_or(0);
-        self.settings.limit(self.fetch_time).doubled(round.min(DOUBLINGS) as u8)
+        self.settings.limit(self.haste, self.fetch_time, round)
     }
 
-    /// Requests for a block, to all its holders, after which it counts as lost where nobody tells of deaths.
+    /// Requests for a block, to all its holders, after which it counts as lost where nobody tells of deaths: the shorter their time limits
+    /// are, the more of them.
     fn most_tries(&self, block: u32) -> u16 {
-        let placement = &self.settings.placement;
+        let Settings { placement, patience, .. } = &self.settings;
         let holders = (0..placement.copies()).filter_map(|copy| placement.owner(block, copy));
         let hops = holders.map(|holder| self.router.mesh().distance(self.here, holder)).max();
         let far = hops.unwrap_or(0).saturating_sub(NEAR).saturating_mul(2);
-        placement.copies().saturating_mul(FETCH_TRIES.saturating_add(far))
+        let most = placement.copies().saturating_mul(FETCH_TRIES.saturating_add(far));
+        let times = patience.0.checked_div(self.fetch_limit(0).0).unwrap_or(1).max(1);
+        most.saturating_mul(times.min(u16::MAX.into()) as u16)
     }
 
     /// Whether it hears of the deaths of all holders of a block; there are bits for so many.
@@ -173,26 +177,30 @@ impl<W: World> Node<'_, W> {
     }
 
     /// A piece of a block has gone to its frame, or was dropped.
-    pub(super) fn on_piece(&mut self, placed: Option<Piece>, now: Time) {
+    pub(super) fn on_piece(&mut self, placed: Option<Piece>, request: u8, now: Time) {
         let Some(Piece { at, bytes, complete }) = placed else {
             self.note_unasked();
             return;
         };
         self.work.copied = self.work.copied.saturating_add(bytes as u64);
-        let limit = self.fetch_limit(0);
-        let Some(fetch) = self.fetches.get_mut(at) else { return };
+        let Some(&(mut fetch)) = self.fetches.get(at) else { return };
+        if fetch.tries > 0 {
+            // The answer to the last request: those before it were lost. To an earlier one: it was late, and asked for again too soon.
+            let is_lost = request == fetch.request;
+            self.haste = if is_lost { self.haste.saturating_add(1).min(HASTE) } else { 0 };
+        }
         (fetch.tries, fetch.gone) = (0, 0);
-        fetch.deadline = now.after(limit).0;
-        if !complete {
-            return;
+        fetch.deadline = now.after(self.fetch_limit(0)).0;
+        if complete {
+            if request == fetch.request {
+                self.fetch_time = smoothed(self.fetch_time, now.since(fetch.begun));
+            }
+            fetch.state = COMPLETE;
+            self.complete = true;
         }
-        let took = now.since(fetch.begun);
-        // What was asked for twice tells nothing about how long it takes (Karn & Partridge 1987).
-        if fetch.again == 0 {
-            self.fetch_time = smoothed(self.fetch_time, took);
+        if let Some(place) = self.fetches.get_mut(at) {
+            *place = fetch;
         }
-        fetch.state = COMPLETE;
-        self.complete = true;
     }
 
     /// Checks one of the blocks that are complete, and lets those go on that wait for it: whether there was one.
@@ -229,7 +237,7 @@ impl<W: World> Node<'_, W> {
     /// Requests wait here for room in the reply channel alone (rule 4), in a queue of their own, so that they do not
     /// stand in the buffers of links before others.
     pub(super) fn serve(&mut self, now: Time) {
-        while let Some(&Serve { block, offset, to, .. }) = self.serves.front() {
+        while let Some(&Serve { block, offset, to, request }) = self.serves.front() {
             let begin = (offset as usize).saturating_add(self.served);
             let bytes = self.blocks.rom.block(block).and_then(|bytes| bytes.get(begin..));
             let rest = bytes.unwrap_or_default();
@@ -239,7 +247,8 @@ impl<W: World> Node<'_, W> {
                 continue;
             }
             let piece = rest.get(..self.piece).unwrap_or(rest);
-            let message = Message::Part { block, offset: begin as u32, bytes: piece };
+            let (offset, request) = (begin as u32, request as u8);
+            let message = Message::Part { block, offset, request, bytes: piece };
             if !self.push(NodeId(to), &message, now) {
                 return;
             }
@@ -370,7 +379,7 @@ pub(super) fn place(
 
 const FREE: u8 = 0;
 pub(super) const TO_BE_SENT: u8 = 1;
-const SENT: u8 = 2;
+pub(super) const SENT: u8 = 2;
 pub(super) const COMPLETE: u8 = 3;
 
 /// A running mean over about eight values.

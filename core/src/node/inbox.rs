@@ -65,10 +65,10 @@ impl<W: World> Node<'_, W> {
         self.counts.received.note(&message, used);
         let stops = !self.keeps(Rule::Timer);
         match message {
-            Message::Part { block, offset, bytes } => {
+            Message::Part { block, offset, request, bytes } => {
                 let Self { blocks, fetches, piece, .. } = self;
                 let placed = super::fetch::place(blocks, fetches, *piece, block, offset, bytes);
-                self.on_piece(placed, now);
+                self.on_piece(placed, request, now);
             }
             Message::Answer { to, sum } => match self.away(&to).copied() {
                 Some(slot) => {
@@ -94,7 +94,7 @@ impl<W: World> Node<'_, W> {
                 None => self.note_unasked(),
             },
             Message::Grant { number, first, count, wait } => {
-                self.on_grant(number, (first, count), wait, now);
+                self.on_grant(from, number, (first, count), wait, now);
             }
             Message::Accepted { tile } => self.on_accepted(tile),
             Message::Gone => {
@@ -123,7 +123,7 @@ impl<W: World> Node<'_, W> {
     pub(super) fn can_answer(&self) -> bool {
         let rest = self.inbox.get(self.inbox_at..self.inbox_len).unwrap_or_default();
         match Items::new(rest).next() {
-            Some(Message::Fetch { block, offset }) => {
+            Some(Message::Fetch { block, offset, .. }) => {
                 !self.serves.is_full() || self.is_served(block, offset, self.inbox_from)
             }
             _ => self.outbox.has_room(&self.router, Channel::Reply),
@@ -158,10 +158,10 @@ impl<W: World> Node<'_, W> {
         self.quiet = 0;
         let from = self.inbox_from;
         match message {
-            Message::Fetch { block, offset } if self.is_served(block, offset, from) => {}
-            Message::Fetch { block, offset } => {
+            Message::Fetch { block, offset, .. } if self.is_served(block, offset, from) => {}
+            Message::Fetch { block, offset, request } => {
                 let known = self.blocks.rom.holds(block) && (offset as usize).is_multiple_of(4);
-                let serve = Serve { block, offset, to: from.0, _zero: 0 };
+                let serve = Serve { block, offset, to: from.0, request: request.into() };
                 // There is room: `requests` looked for it.
                 if !known || self.serves.enqueue(serve).is_err() {
                     self.note_unasked();

@@ -40,6 +40,7 @@ mod actor;
 mod counts;
 mod fetch;
 mod figures;
+mod group;
 mod help;
 mod inbox;
 #[cfg(debug_assertions)]

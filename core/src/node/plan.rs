@@ -1,3 +1,4 @@
+use super::group::{Group, Member};
 use super::outbox::Open;
 use super::slots::{FetchSlot, RaySlot, Root, Serve, ShadowSlot};
 use super::{PointHome, RayKind, Schedule, ShadowPolicy};
@@ -32,6 +33,8 @@ pub struct NodePlan {
     pub fetches: usize,
     /// Blocks that others can ask for before their requests wait in links.
     pub serves: usize,
+    /// Nodes that it gives tiles to, as their sub-master.
+    pub members: usize,
     /// Block frames.
     pub frames: usize,
     /// Bytes of a block.
@@ -61,6 +64,8 @@ pub struct NodeNeeds {
     pub shadow: ShadowPolicy,
     /// Where intersection points live.
     pub points: PointHome,
+    /// Nodes for each sub-master; 0 for none.
+    pub group: u16,
     /// Pixels along a tile.
     pub side: usize,
     /// Greatest payload of a packet \[bytes\], the same at all nodes of a mesh; 0 for the default: a block, or a half, a quarter and so on of one, as the
@@ -217,6 +222,7 @@ impl NodePlan {
             side: needs.side.max(1),
             fetches: remote.saturating_mul(step.rays.min(FETCHES_MAX)),
             serves: step.rays,
+            members: Group::len_at(needs.here, needs.group, nodes),
             frames: remote,
             block_bytes: needs.block_bytes,
             owned: needs.owned,
@@ -274,6 +280,7 @@ impl NodePlan {
             Arena::bytes_of::<u8>(self.bundles.saturating_mul(self.payload())),
             Arena::bytes_of::<u8>(usize::from(self.router.payload_of(Channel::Request))),
             Arena::bytes_of::<Serve>(self.serves),
+            Arena::bytes_of::<Member>(self.members),
         ]);
         let fetches = Arena::bytes_of::<FetchSlot>(self.fetches);
         let table = sum(&[frame_table_bytes(self.frames), fetches]);

@@ -296,7 +296,7 @@ impl<W: World> Node<'_, W> {
             self.free_root(usize::from(slot.root));
             return true;
         }
-        let limit = self.settings.limit(self.ray_time).doubled(slot.tries.min(8));
+        let limit = self.settings.limit(0, self.ray_time, slot.tries.into());
         slot.set_stage(Stage::Away);
         slot.sent_to = to.0;
         slot.since = now.ticks();

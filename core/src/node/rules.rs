@@ -28,6 +28,8 @@ pub(super) enum Rule {
     AnswerByKey,
     /// 14: the answer of a name is all that its ray brings, whoever gives it, so that a late one is a right one.
     WholeAnswer,
+    /// 14: a request for tiles has one answer, however often it comes: a tile that went with another would be missed.
+    OneAnswer,
     /// 15: the time limit of what is open always runs.
     Timer,
 }

@@ -1,5 +1,10 @@
 use super::{Placement, Time};
 
+/// Time limits are eight times what answers take on average,
+const MARGIN: u8 = 3;
+/// and are doubled so often at most: where packets are lost, and nobody is slow, each doubling more is waited for in vain.
+const DOUBLINGS: u16 = 5;
+
 /// What all nodes of a run share.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Settings {
@@ -29,9 +34,10 @@ pub struct Settings {
 }
 
 impl Settings {
-    /// The time limit of what has taken so long of late.
-    pub(super) fn limit(&self, took: Time) -> Time {
-        self.patience.max(took.doubled(3))
+    /// The time limit of a request that was made so often in vain, if answers have taken so long of late: `patience` at least, halved `haste` times.
+    pub(super) fn limit(&self, haste: u8, took: Time, tries: u16) -> Time {
+        let least = Time(self.patience.0 >> (haste & 63));
+        least.max(took.doubled(MARGIN)).doubled(tries.min(DOUBLINGS) as u8)
     }
 }
 

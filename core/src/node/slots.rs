@@ -192,7 +192,8 @@ pub(super) struct Serve {
     pub(super) block: u32,
     pub(super) offset: u32,
     pub(super) to: u16,
-    pub(super) _zero: u16,
+    /// See [`Message::Fetch`](crate::protocol::Message::Fetch).
+    pub(super) request: u16,
 }
 
 /// A block that was requested.
@@ -202,7 +203,7 @@ pub(super) struct FetchSlot {
     /// Pieces that are there, a bit each.
     pub(super) pieces: [u32; FetchSlot::PIECES / 32],
     pub(super) block: u32,
-    /// When its first request left, in units of 2¹⁰ ns.
+    /// When it was asked for last, in units of 2¹⁰ ns.
     pub(super) begun: u32,
     pub(super) deadline: u64,
     pub(super) asked: u16,
@@ -210,8 +211,8 @@ pub(super) struct FetchSlot {
     pub(super) tries: u16,
     /// 0 free, 1 to be sent, 2 sent, 3 complete and to be checked.
     pub(super) state: u8,
-    /// It was asked for more than once.
-    pub(super) again: u8,
+    /// How often it was asked for before, modulo 256.
+    pub(super) request: u8,
     /// Holders that are dead, by their routers: a bit for each of the first copies.
     pub(super) gone: u16,
 }

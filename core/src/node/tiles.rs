@@ -1,3 +1,5 @@
+use super::group::Asked;
+use super::rules::Rule;
 use super::slots::{Root, RootState};
 use super::{Node, ShadowPolicy, Time, World};
 use crate::network::{HOST, NodeId};
@@ -9,8 +11,8 @@ use crate::shade::Sum;
 pub(super) struct Tiles {
     len: usize,
     pixels: usize,
-    /// Grants that it has had.
-    number: u32,
+    /// Answers that it has had: of its sub-master, and of the host.
+    answers: [u32; 2],
     /// A request is under way until this moment at the latest.
     asked: Option<Time>,
     tries: u8,
@@ -24,16 +26,10 @@ pub(super) struct Tiles {
     leases: [(u32, u32); LEASES],
     /// How many the host gave last.
     had: u32,
-    /// Requests of its group that came when it had none, in the order in which they came: nodes, and the numbers of the requests.
-    waiting: [u16; WAITING],
-    asks: [u32; WAITING],
-    waiters: usize,
 }
 
 /// Runs of tiles that a node can hold.
 const LEASES: usize = 4;
-/// Requests that a sub-master keeps until the host has answered its own; others are told to ask again.
-const WAITING: usize = 64;
 /// For how many tiles a sub-master asks at once, for each node of its group.
 const LEASE_PER_NODE: u32 = 2;
 
@@ -42,7 +38,7 @@ impl Tiles {
         Self {
             len,
             pixels,
-            number: 0,
+            answers: [0; 2],
             asked: None,
             tries: 0,
             dry: Time(0),
@@ -50,9 +46,6 @@ impl Tiles {
             busy: u32::MAX,
             leases: [(0, 0); LEASES],
             had: 0,
-            waiting: [0; WAITING],
-            asks: [0; WAITING],
-            waiters: 0,
         }
     }
 
@@ -83,37 +76,10 @@ impl Tiles {
         if until > now { until } else { Time::NEVER }
     }
 
-    /// Keeps a request until there are tiles: `false` if there is no room, or if the node has asked before. Then it is to be told something, so that
-    /// it sees that its sub-master lives.
-    fn keep(&mut self, from: NodeId, number: u32) -> bool {
-        let waiting = self.waiting.get(..self.waiters).unwrap_or_default();
-        if let Some(at) = waiting.iter().position(|node| *node == from.0) {
-            self.forget(at);
-            return false;
-        }
-        let places = (self.waiting.get_mut(self.waiters), self.asks.get_mut(self.waiters));
-        let (Some(node), Some(ask)) = places else { return false };
-        (*node, *ask) = (from.0, number);
-        self.waiters = self.waiters.saturating_add(1);
-        true
-    }
-
-    /// A request that was kept is answered.
-    fn forget(&mut self, at: usize) {
-        let kept = at..self.waiters;
-        if kept.is_empty() {
-            return;
-        }
-        let (waiting, asks) = (self.waiting.get_mut(kept.clone()), self.asks.get_mut(kept));
-        drop_first(waiting.unwrap_or_default());
-        drop_first(asks.unwrap_or_default());
-        self.waiters = self.waiters.saturating_sub(1);
-    }
-
-    /// The request that has waited longest.
-    fn first_waiting(&self) -> Option<(NodeId, u32)> {
-        let [node, ..] = self.waiting.get(..self.waiters)? else { return None };
-        Some((NodeId(*node), *self.asks.first()?))
+    /// How many answers it has had of a master. They number its requests: one has one answer, however often it is asked and answered.
+    const fn answers_of(&mut self, master: NodeId) -> &mut u32 {
+        let [sub_master, host] = &mut self.answers;
+        if master.0 == HOST.0 { host } else { sub_master }
     }
 
     fn next_leased(&self) -> Option<u32> {
@@ -144,7 +110,7 @@ impl Tiles {
         s.pod(&mut self.dry.0);
         s.pod(&mut self.busy);
         s.bool(&mut self.idle);
-        s.pod(&mut self.number);
+        s.all(&mut self.answers);
         s.pod(&mut self.tries);
         for (first, count) in &mut self.leases {
             *first = if *count == 0 { 0 } else { *first };
@@ -152,11 +118,6 @@ impl Tiles {
             s.pod(count);
         }
         s.pod(&mut self.had);
-        s.len(&mut self.waiters);
-        for (node, ask) in self.waiting.iter_mut().zip(&mut self.asks).take(self.waiters) {
-            s.pod(node);
-            s.pod(ask);
-        }
     }
 
     /// Whether a time limit runs: of its request, of its wait for new tiles.
@@ -177,11 +138,6 @@ impl Tiles {
     fn leased(&self) -> u32 {
         self.leases.iter().fold(0, |sum, (_, count)| sum.saturating_add(*count))
     }
-}
-
-/// Puts each item in the place of the one before it.
-fn drop_first<T: Default>(items: &mut [T]) {
-    items.iter_mut().rfold(T::default(), |next, place| core::mem::replace(place, next));
 }
 
 impl<W: World> Node<'_, W> {
@@ -209,9 +165,9 @@ impl<W: World> Node<'_, W> {
         }
         // A master that does not answer is left out.
         let to = if self.tiles.tries > 1 { HOST } else { self.master() };
-        let ask = Message::Ask { number: self.tiles.number, count: wanted };
+        let ask = Message::Ask { number: *self.tiles.answers_of(to), count: wanted };
         if self.push(to, &ask, now) {
-            let wait = self.settings.patience.doubled(self.tiles.tries.min(6));
+            let wait = self.settings.limit(0, Time(0), self.tiles.tries.into());
             self.tiles.asked = Some(now.after(wait));
             // The answer says anew how long there is nothing; if none comes, it asks again.
             self.tiles.dry = Time(0);
@@ -262,25 +218,22 @@ impl<W: World> Node<'_, W> {
 
     pub(super) fn on_grant(
         &mut self,
+        from: NodeId,
         number: u32,
         (first, count): (u32, u32),
         wait: u32,
         now: Time,
     ) {
-        if self.tiles.asked.is_none() || number != self.tiles.number {
+        // One that comes late is an answer too, after that of the host in its sub-master's place: its tiles are nobody else's.
+        let master = from == HOST || from == self.master();
+        let answers = self.tiles.answers_of(from);
+        if !master || *answers != number {
             self.note_unasked();
-            // A sub-master that was asked twice, or the host in its place, has given a second tile: it is nobody else's.
-            let has = |root: &Root| root.state() != RootState::Free && root.tile == first;
-            let mut tiles = self.roots.iter().take(self.tiles.len);
-            if count == 1 && !tiles.any(has) && !self.tiles.leases.contains(&(first, 1)) {
-                self.lease(first, 1);
-                self.begin_leased(now);
-            }
             return;
         }
+        *answers = number.wrapping_add(1);
         self.tiles.asked = None;
         self.tiles.tries = 0;
-        self.tiles.number = self.tiles.number.wrapping_add(1);
         self.tiles.had = count;
         if count == 0 {
             self.tiles.dry = now.after(Time(u64::from(wait).saturating_mul(1000)));
@@ -302,48 +255,42 @@ impl<W: World> Node<'_, W> {
     /// A node of the group asks its sub-master. Where that has asked for tiles itself, the answer waits for the host's: whoever were told to come
     /// back would find the tiles gone, or let them lie.
     pub(super) fn on_ask(&mut self, from: NodeId, number: u32, now: Time) {
-        let waits = self.is_sub_master()
-            && self.tiles.next_leased().is_none()
-            && self.tiles.keep(from, number);
-        if !waits {
-            self.grant(from, number, now);
+        if !self.keeps(Rule::OneAnswer) {
+            self.group.forget(from);
+        }
+        match self.group.on_ask(from, number) {
+            Asked::Waits => self.answer_waiting(now),
+            Asked::Answered(tile) => {
+                self.grant(from, number, tile, now);
+            }
         }
     }
 
     /// Gives tiles to those that have waited for them, as far as there is room.
     pub(super) fn answer_waiting(&mut self, now: Time) {
-        while self.tiles.next_leased().is_some() {
-            let Some((node, number)) = self.tiles.first_waiting() else { return };
-            if !self.grant(node, number, now) {
+        while let Some(tile) = self.tiles.next_leased() {
+            let Some((node, number)) = self.group.first_waiting() else { return };
+            if !self.grant(node, number, Some(tile), now) {
                 return;
             }
-            self.tiles.forget(0);
+            self.group.answer(node, tile);
+            let _ = self.tiles.take_leased();
         }
     }
 
     /// Gives a node of the group a tile, or says that there is none: `false` if there is no room to say so.
-    fn grant(&mut self, to: NodeId, number: u32, now: Time) -> bool {
-        let tile = self.tiles.next_leased();
-        let grant = match tile {
-            Some(first) => Message::Grant { number, first, count: 1, wait: 0 },
-            None => {
-                // Until the host again has tiles. Nobody knows when it answers: that long, whoever asks here too often keeps others from it.
-                let patience = self.settings.patience.0;
-                let dry = self.tiles.dry.0.saturating_sub(now.0);
-                let wait = if self.tiles.asked.is_some() { patience } else { dry.min(patience) };
-                let wait = (wait / 1000).max(10) as u32;
-                Message::Grant { number, first: self.tiles.busy, count: 0, wait }
-            }
+    fn grant(&mut self, to: NodeId, number: u32, tile: Option<u32>, now: Time) -> bool {
+        let Some(first) = tile else {
+            // Until the host again has tiles. Nobody knows when it answers: that long, whoever asks here too often keeps others from it.
+            let patience = self.settings.patience.0;
+            let dry = self.tiles.dry.0.saturating_sub(now.0);
+            let wait = if self.tiles.asked.is_some() { patience } else { dry.min(patience) };
+            let wait = (wait / 1000).max(10) as u32;
+            // Each name goes to one node: a group that offers its help to the same one keeps it from its work.
+            let first = core::mem::replace(&mut self.tiles.busy, u32::MAX);
+            return self.push(to, &Message::Grant { number, first, count: 0, wait }, now);
         };
-        let said = self.push(to, &grant, now);
-        if said {
-            match tile {
-                Some(_) => drop(self.tiles.take_leased()),
-                // Each name goes to one node: a group that offers its help to the same one keeps it from its work.
-                None => self.tiles.busy = u32::MAX,
-            }
-        }
-        said
+        self.push(to, &Message::Grant { number, first, count: 1, wait: 0 }, now)
     }
 
     pub(super) fn on_accepted(&mut self, tile: u32) {
@@ -381,7 +328,7 @@ impl<W: World> Node<'_, W> {
                 }
                 sent = sent.saturating_add(count);
             }
-            let wait = self.settings.patience.doubled(2_u8.saturating_add(root.tries.min(6)));
+            let wait = self.settings.limit(0, Time(0), root.tries.saturating_add(2).into());
             let Some(root) = self.roots.get_mut(at) else { break };
             root.sent = sent as u32;
             if sent < pixels {

@@ -7,7 +7,8 @@ use bytemuck::{Pod, Zeroable, bytes_of};
 #[repr(C)]
 pub struct Item {
     kind: u8,
-    _zero: u8,
+    /// Of a block: which request. Else 0.
+    request: u8,
     /// Bytes that follow.
     len: u16,
 }
@@ -41,9 +42,15 @@ const TOLD: u8 = 15;
 #[must_use]
 pub fn write(out: &mut [u8], len: usize, message: &Message<'_>) -> Option<usize> {
     let mut words = [0_u32; 4];
+    let request = match message {
+        Message::Fetch { request, .. } | Message::Part { request, .. } => *request,
+        _ => 0,
+    };
     let (kind, fields, rest): (u8, &[u8], &[u8]) = match message {
-        Message::Fetch { block, offset } => (FETCH, words_of(&mut words, &[*block, *offset]), &[]),
-        Message::Part { block, offset, bytes } => {
+        Message::Fetch { block, offset, .. } => {
+            (FETCH, words_of(&mut words, &[*block, *offset]), &[])
+        }
+        Message::Part { block, offset, bytes, .. } => {
             (PART, words_of(&mut words, &[*block, *offset]), bytes)
         }
         Message::Ask { number, count } => (ASK, words_of(&mut words, &[*number, *count]), &[]),
@@ -57,7 +64,7 @@ pub fn write(out: &mut [u8], len: usize, message: &Message<'_>) -> Option<usize>
         Message::Lost { block } => (LOST, words_of(&mut words, &[*block]), &[]),
         Message::Ray(ray) => (RAY, bytes_of(ray), &[]),
         Message::Answer { to, sum } => {
-            return put(out, len, ANSWER, bytes_of(to), bytes_of(&split(*sum)));
+            return put(out, len, (ANSWER, 0), bytes_of(to), bytes_of(&split(*sum)));
         }
         Message::Refusal { to } => (REFUSAL, bytes_of(to), &[]),
         Message::AtWork { to } => (AT_WORK, bytes_of(to), &[]),
@@ -66,7 +73,7 @@ pub fn write(out: &mut [u8], len: usize, message: &Message<'_>) -> Option<usize>
         Message::Tell => (TELL, &[], &[]),
         Message::Told { figures } => (TOLD, &[], figures),
     };
-    put(out, len, kind, fields, rest)
+    put(out, len, (kind, request), fields, rest)
 }
 
 /// The halves of a sum's channels, low one first.
@@ -86,9 +93,15 @@ fn words_of<'w>(room: &'w mut [u32; 4], words: &[u32]) -> &'w [u8] {
     bytemuck::cast_slice(room.get(..words.len()).unwrap_or_default())
 }
 
-fn put(out: &mut [u8], len: usize, kind: u8, fields: &[u8], rest: &[u8]) -> Option<usize> {
+fn put(
+    out: &mut [u8],
+    len: usize,
+    (kind, request): (u8, u8),
+    fields: &[u8],
+    rest: &[u8],
+) -> Option<usize> {
     let bytes = u16::try_from(fields.len().checked_add(rest.len())?).ok()?;
-    let item = Item { kind, _zero: 0, len: bytes.to_le() };
+    let item = Item { kind, request, len: bytes.to_le() };
     let mut at = len;
     for part in [bytes_of(&item), fields, rest] {
         let end = at.checked_add(part.len())?;
@@ -146,10 +159,12 @@ fn read<'a>(rest: &mut &'a [u8]) -> Option<Message<'a>> {
     let item: Item = take(rest)?;
     let (mut body, after) = rest.split_at_checked(usize::from(u16::from_le(item.len)))?;
     *rest = after;
-    let body = &mut body;
+    let (body, request) = (&mut body, item.request);
     let message = match item.kind {
-        FETCH => Message::Fetch { block: word(body)?, offset: word(body)? },
-        PART => Message::Part { block: word(body)?, offset: word(body)?, bytes: all(body) },
+        FETCH => Message::Fetch { block: word(body)?, offset: word(body)?, request },
+        PART => {
+            Message::Part { block: word(body)?, offset: word(body)?, request, bytes: all(body) }
+        }
         ASK => Message::Ask { number: word(body)?, count: word(body)? },
         GRANT => Message::Grant {
             number: word(body)?,

@@ -67,6 +67,8 @@ pub enum Message<'a> {
         block: u32,
         /// All before it is there already \[bytes\].
         offset: u32,
+        /// How often it was asked for before, modulo 256.
+        request: u8,
     },
     /// A piece of a block.
     Part {
@@ -74,6 +76,8 @@ pub enum Message<'a> {
         block: u32,
         /// Where the piece begins \[bytes\].
         offset: u32,
+        /// Of the request that it answers: tells who has asked again whether the first was lost or is late.
+        request: u8,
         /// The piece: a multiple of four bytes.
         bytes: &'a [u8],
     },

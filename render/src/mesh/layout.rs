@@ -147,6 +147,7 @@ impl MeshLayout {
                 schedule: options.schedule,
                 shadow: options.shadow,
                 points: options.points,
+                group: options.group,
                 side: side as usize,
                 packet,
                 depth: 0,

@@ -96,14 +96,20 @@ impl Leases {
         self.incomplete == 0
     }
 
-    /// Places for an asker that can take `count`.
+    /// Places for an asker that can take `count`. A request has one answer, however often it comes: if another were lost, what it gave would be missed
+    /// only when it is overdue.
     pub(super) fn ask(&mut self, now: Time, from: NodeId, number: u32, count: u32) -> Given {
-        if let Some(asker) = self.askers.get(&from)
-            && asker.number == number
-            && let Some((first, count)) = self.still_open(asker.first, asker.count)
-        {
-            self.counts.repeated += 1;
-            return Given { first, count, wait: 0 };
+        if let Some(asker) = self.askers.get(&from).filter(|asker| asker.number == number) {
+            let open = self.still_open(asker.first, asker.count);
+            if let Some((first, count)) = open {
+                self.counts.repeated += 1;
+                return Given { first, count, wait: 0 };
+            }
+            if asker.count == 0 {
+                self.counts.repeated += 1;
+                return self.nothing(now, from);
+            }
+            // All of it is complete: a node in place of this one begins to ask.
         }
         let count = count.max(1);
         let _ = self.askers.entry(from).or_insert(Asker { number, first: 0, count: 0 });
@@ -116,7 +122,11 @@ impl Leases {
         if count > 0 {
             return Given { first, count, wait: 0 };
         }
-        Given { first: self.busy(from), count, wait: self.wait(now, from) }
+        self.nothing(now, from)
+    }
+
+    fn nothing(&mut self, now: Time, from: NodeId) -> Given {
+        Given { first: self.busy(from), count: 0, wait: self.wait(now, from) }
     }
 
     /// Notes that a tile is complete.

@@ -112,6 +112,7 @@ fn by_two_nodes(
             schedule: settings.schedule,
             shadow: settings.shadow,
             points: settings.points,
+            group: settings.group,
             side: SIDE as usize,
             packet: 0,
             depth: 0,

@@ -60,6 +60,8 @@ pub(super) struct Faults {
     pub(super) crashes: u8,
     /// Time limits that pass early.
     pub(super) early: u8,
+    /// Tiles that the host takes for overdue, and gives to another node as well.
+    pub(super) overdue: u8,
 }
 
 /// A rule that is broken on purpose.
@@ -157,6 +159,7 @@ impl Setup {
             schedule: self.schedule,
             shadow: self.shadow,
             points: self.points,
+            group: self.group,
             side: 1,
             packet: 0,
             depth: 1,
@@ -313,7 +316,9 @@ impl<'a> World<'a> {
         if actions.is_empty() && heals {
             actions.push(Action::Remind);
         } else if actions.is_empty() {
-            let asks = tiles_may_be_lost(&self.setup, &self.dead) && !self.is_complete();
+            // Who was told that there is no tile may be given one later.
+            let more = self.setup.group > 0 || self.dead.contains(&true);
+            let asks = more && !self.is_complete();
             actions.extend(self.timers(|timer| timer != Timer::Dry || asks));
         }
         actions
@@ -525,7 +530,9 @@ impl<'a> World<'a> {
         if self.host.room(Channel::Reply) == 0 {
             return;
         }
-        let lost = tiles_may_be_lost(&self.setup, &self.dead);
+        // What a dead node had is given again: no other tile is ever missed for good.
+        let lost = self.dead.contains(&true);
+        let overdue = &mut self.setup.faults.overdue;
         let mut out = [0; 256];
         let mut len = 0;
         for message in Items::new(bytes) {
@@ -538,9 +545,12 @@ impl<'a> World<'a> {
                         let count = count.min(tiles - self.given.min(tiles));
                         let missing = self.sums.iter().position(Option::is_none);
                         let late = if self.setup.timed { self.now.0 > 1 << 22 } else { lost };
-                        *asker = match missing.filter(|_| late) {
+                        *asker = match missing.filter(|_| late || *overdue > 0) {
                             _ if count > 0 => [number, self.given, count],
-                            Some(tile) => [number, tile as u32, 1],
+                            Some(tile) => {
+                                *overdue = overdue.saturating_sub(1);
+                                [number, tile as u32, 1]
+                            }
                             // A node that may have work: all in turn.
                             None => [number, number % self.nodes.len() as u32, 0],
                         };
@@ -576,10 +586,4 @@ impl<'a> World<'a> {
     pub(super) fn summary(&self) -> Vec<String> {
         self.nodes.iter().map(Node::summary).collect()
     }
-}
-
-/// Whether the host gives tiles again that are not there yet: a node has died, or a sub-master may have given them to one that
-/// never heard of it.
-fn tiles_may_be_lost(setup: &Setup, dead: &[bool]) -> bool {
-    dead.contains(&true) || setup.group > 0
 }

@@ -11,8 +11,8 @@ impl World<'_> {
     pub(super) fn snapshot(&mut self, s: &mut Snapshot) {
         self.rebase();
         let faults = &mut self.setup.faults;
-        let Faults { losses, doubles, crashes, early } = faults;
-        for left in [losses, doubles, crashes, early] {
+        let Faults { losses, doubles, crashes, early, overdue } = faults;
+        for left in [losses, doubles, crashes, early, overdue] {
             s.pod(left);
         }
         for at in 0..self.nodes.len() {

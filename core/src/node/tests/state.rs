@@ -75,7 +75,7 @@ impl<W: World> Node<'_, W> {
         s.all(&mut self.shadows[parked..]);
         s.bool(&mut self.draining);
         // They decide about time only.
-        (self.turned, self.quiet) = (false, 0);
+        (self.turned, self.quiet, self.haste) = (false, 0, 0);
         s.bool(&mut self.starved);
         for root in self.roots.iter_mut() {
             root.deadline = match root.state() {
@@ -86,6 +86,7 @@ impl<W: World> Node<'_, W> {
             s.pod(root);
         }
         self.tiles.snapshot(s, NOW, LATER);
+        self.group.snapshot(s);
         for at in (0..self.tiles.len()).filter(|&at| self.roots[at].state() == RootState::Free) {
             let pixels = self.sums.len() / self.tiles.len();
             self.sums[at * pixels..][..pixels].fill(crate::shade::Sum::ZERO);
@@ -100,7 +101,7 @@ impl<W: World> Node<'_, W> {
                 {
                     bytes.fill(0);
                 }
-                (fetch.begun, fetch.again) = (NOW.ticks(), 0);
+                (fetch.begun, fetch.request) = (NOW.ticks(), 0);
                 fetch.deadline = if fetch.state == 2 { LATER.0 } else { 0 };
             }
             s.pod(fetch);

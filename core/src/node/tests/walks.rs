@@ -1,6 +1,6 @@
 //! Runs in which a seed chooses what happens next, with time.
 
-use super::super::{Figures, Time};
+use super::super::{Figures, Node, Time, fetch};
 use super::mesh::{Action, Setup, World, memory};
 use super::toy::{NO_ENDS, Toy};
 use super::{POINTS, SCHEDULES, Schedule};
@@ -199,7 +199,7 @@ fn who_asks_again_gets_a_block_once() {
     let block = (0..).find(|&b| setup.placement().owner(b, 0) == Some(NodeId(1))).unwrap();
     let (mut requests, mut len) = ([0; 256], 0);
     for _ in 0..3 {
-        len = write(&mut requests, len, &Message::Fetch { block, offset: 0 }).unwrap();
+        len = write(&mut requests, len, &Message::Fetch { block, offset: 0, request: 0 }).unwrap();
     }
     world.router(0).inject(NodeId(1), Channel::Request, 1, &requests[..len]).unwrap();
     let there = (0..4).find(|&port| world.router(0).would_transmit(Port(port))).unwrap();
@@ -241,14 +241,41 @@ fn a_request_that_has_not_left_is_not_made_again() {
     assert!(node.outbox.asks_for(block, NodeId(1)));
 }
 
+/// Blocks are asked for again the sooner the more requests were lost; one that was only late is not rushed.
+#[test]
+fn time_limits_learn_what_is_lost_and_what_is_late() {
+    let setup = setup(("line", 2), Schedule::Demand);
+    let (mut chunks, blocks) = memory(&setup);
+    let mut world = World::new(&setup, &mut chunks, &blocks);
+    let block = (0..).find(|&b| setup.placement().owner(b, 0) == Some(NodeId(1))).unwrap();
+    let node = &mut world.nodes[0];
+    let mut pieces = (0..).step_by(16);
+    // Its request is sent and its time limit passes, so often; then a piece comes that answers the last, or the one before.
+    let mut asks = |times: u64, is_late: bool| {
+        node.want(block, Time(0));
+        for now in (1..=times).map(|hour| Time(hour << 42)) {
+            (node.fetches[0].state, node.fetches[0].deadline) = (fetch::SENT, 0);
+            node.deadlines(now);
+        }
+        let request = if is_late { node.fetches[0].request - 1 } else { node.fetches[0].request };
+        let Node { blocks, fetches, .. } = node;
+        let placed = fetch::place(blocks, fetches, 16, block, pieces.next().unwrap(), &[0; 16]);
+        assert!(placed.is_some());
+        node.on_piece(placed, request, Time(0));
+        node.haste
+    };
+    assert_eq!([asks(1, false), asks(1, false), asks(2, false)], [1, 2, 3]);
+    assert_eq!([asks(1, true), asks(1, false)], [0, 1]);
+}
+
 #[test]
 fn what_cannot_be_read_is_counted_and_dropped() {
     let setup = setup(("line", 2), Schedule::Demand);
     let (mut chunks, blocks) = memory(&setup);
     let mut world = World::new(&setup, &mut chunks, &blocks);
     let mut room = [[0; 64]; 2];
-    let fetch = Message::Fetch { block: 1, offset: 0 };
-    let part = Message::Part { block: 1, offset: 0, bytes: &[7; 16] };
+    let fetch = Message::Fetch { block: 1, offset: 0, request: 0 };
+    let part = Message::Part { block: 1, offset: 0, request: 0, bytes: &[7; 16] };
     let [fetch_len, part_len] =
         [(&fetch, 0), (&part, 1)].map(|(message, at)| write(&mut room[at], 0, message).unwrap());
     let mut tell = [0; Item::BYTES];

@@ -94,6 +94,19 @@ fn an_ask_that_comes_again_has_the_same_answer() {
 }
 
 #[test]
+fn that_there_is_none_is_an_answer_too() {
+    let mut ledger = ledger();
+    for number in 0..16 {
+        let _ = ask(&mut ledger, 0, A, number, 1);
+    }
+    assert_eq!(ask(&mut ledger, 0, B, 7, 1).1, 0);
+    // All are overdue by now. If this one were given a tile, and the first answer came before it, nobody would have that.
+    assert_eq!(ask(&mut ledger, 3600 * 1000 * MS, B, 7, 1).1, 0);
+    assert_eq!(ask(&mut ledger, 3600 * 1000 * MS, B, 8, 1).1, 1);
+    assert_eq!((ledger.counts().repeated, ledger.counts().given_again), (1, 1));
+}
+
+#[test]
 fn pixels_count_once_and_a_complete_tile_is_accepted_as_often_as_it_comes() {
     let mut ledger = ledger();
     let (tile, ..) = ask(&mut ledger, 0, A, 0, 1);
@@ -130,7 +143,9 @@ fn what_does_not_exist_is_counted_and_left_alone() {
     }
     let message = Message::Pixels { tile: 0, first: 0, sums: &[0; 25] };
     ledger.on_message(Time(0), A, &message, &mut |_, _| panic!("no answer"));
-    for message in [Message::Accepted { tile: 0 }, Message::Fetch { block: 3, offset: 0 }] {
+    for message in
+        [Message::Accepted { tile: 0 }, Message::Fetch { block: 3, offset: 0, request: 0 }]
+    {
         ledger.on_message(Time(0), A, &message, &mut |_, _| panic!("no answer"));
     }
     let counts = ledger.counts();

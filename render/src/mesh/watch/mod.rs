@@ -152,7 +152,7 @@ impl Sight {
     pub fn arriving(from: NodeId, at: NodeId, payload: &[u8]) -> impl Iterator<Item = Self> {
         let seen = Items::new(payload).filter_map(move |message| match message {
             Message::Fetch { block, .. } => Some(Seen::IsAsked { asker: from.0, block }),
-            Message::Part { block, offset, bytes } => {
+            Message::Part { block, offset, bytes, .. } => {
                 let end = offset.saturating_add(bytes.len() as u32);
                 Some(Seen::HasPart { asker: at.0, block, end })
             }

@@ -12,8 +12,8 @@ use kiloray_no_panic::{any, any_bytes, any_room, entry};
 fn message() -> Message<'static> {
     let to: ReturnAddress = any();
     match any::<u8>() {
-        0 => Message::Fetch { block: any(), offset: any() },
-        1 => Message::Part { block: any(), offset: any(), bytes: any_bytes() },
+        0 => Message::Fetch { block: any(), offset: any(), request: any() },
+        1 => Message::Part { block: any(), offset: any(), request: any(), bytes: any_bytes() },
         2 => Message::Ask { number: any(), count: any() },
         12 => Message::Idle,
         13 => Message::Gone,

@@ -97,6 +97,11 @@ fn who_finds_a_hit_adds_a_part_of_what_its_ray_brings() {
 }
 
 #[test]
+fn a_sub_master_answers_a_repeated_request_with_another_tile() {
+    is_found(Broken::Node(Rule::OneAnswer), &STUCK);
+}
+
+#[test]
 fn the_time_limit_stops_while_a_copy_is_believed_alive() {
     is_found(Broken::Node(Rule::Timer), &STUCK);
 }

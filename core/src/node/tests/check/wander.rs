@@ -51,9 +51,10 @@ pub(super) fn drawn(seed: u64) -> Setup {
         tiles: some(2),
     };
     let mut few = || random.u8(..4).saturating_sub(2);
-    let faults = Faults { losses: few(), doubles: few(), crashes: few().min(1), early: few() };
+    let [losses, doubles, crashes, early] = [(); 4].map(|()| few());
+    let faults = Faults { losses, doubles, crashes: crashes.min(1), early, overdue: 0 };
     let crash = topology.1 > 2 && faults.crashes > 0;
-    Setup {
+    let mut drawn = Setup {
         more,
         faults: Faults { crashes: crash.into(), ..faults },
         replicas: if crash { 2 } else { 1 },
@@ -66,7 +67,9 @@ pub(super) fn drawn(seed: u64) -> Setup {
         shadow: SHADOWS[random.usize(..3)],
         points: POINTS[random.usize(..2)],
         ..setup(topology, schedule, toy)
-    }
+    };
+    drawn.faults.overdue = random.u8(..6).saturating_sub(3);
+    drawn
 }
 
 /// Lets a seed choose until nothing is left to do.
