@@ -98,6 +98,8 @@ fn the_picture_does_not_depend_on_schedule_placement_memory_or_links() {
         for schedule in [Schedule::Hybrid, Schedule::Demand] {
             let mut options = options(&file, "torus:4x2", 8);
             (options.mesh.shadow, options.mesh.schedule) = (shadow, schedule);
+            // Half of the nodes have no tile.
+            options.mesh.tile = Some(16);
             let report = same(&file, &options).report;
             let given: u64 = report.nodes.iter().map(|node| node.counts.lights_given).sum();
             assert_eq!(given > 0, shadow != ShadowPolicy::Keep, "{shadow:?}: {given}");

@@ -182,7 +182,7 @@ impl<W: World> Node<'_, W> {
 
     /// Traces some of the last shadow rays one by one: how many. Of those that are not at their beginning `count` is 0.
     fn trace_shadows(&mut self, count: usize, now: Time) -> u32 {
-        let most = (bundle_len() / ALONE) as u32;
+        let most = (self.step_len() / ALONE) as u32;
         let most = (count as u32).clamp(1, most.max(SHADOWS_PER_STEP));
         for _ in 0..most {
             let Some(mut slot) = self.take_shadow() else { break };

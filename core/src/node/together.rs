@@ -5,7 +5,7 @@ use crate::trace::{BUNDLE, Trail};
 
 /// Fewer rays than this go one by one.
 const FEWEST: usize = if cfg!(test) { 2 } else { 4 };
-/// Paths that are traced together at a node that has been asked for something of late, at most: it looks for more between, as others wait for its answers.
+/// Rays that are traced in a step at a node that has been asked for something of late, at most: it looks for more between, as others wait for its answers.
 const MOST_BUSY: usize = 12;
 /// Steps without a request after which none is expected soon.
 const QUIET: u8 = 64;
@@ -21,12 +21,16 @@ impl<W: World> Node<'_, W> {
         self.quiet >= QUIET
     }
 
+    /// Rays that a step may trace, but for shadow rays that go together.
+    pub(super) fn step_len(&self) -> usize {
+        if self.is_quiet() { bundle_len() } else { bundle_len().min(MOST_BUSY) }
+    }
+
     /// Traces the oldest of the rays that can go on together with those that begin as it does: how many.
     pub(super) fn trace_together(&mut self, now: Time) -> u32 {
         let begins = |slot: &&RaySlot| slot.stage() == Stage::Trace && slot.trail() == Trail::START;
         let slots = self.ready.iter().filter_map(|&number| self.rays.get(usize::from(number)));
-        let most = if self.is_quiet() { bundle_len() } else { bundle_len().min(MOST_BUSY) };
-        let slots = slots.take(most);
+        let slots = slots.take(self.step_len());
         let Some(shadow) = slots.clone().next().map(|slot| slot.ray.is_shadow()) else { return 0 };
         let alike = |slot: &&RaySlot| begins(slot) && slot.ray.is_shadow() == shadow;
         let rays = slots.take_while(alike).map(|slot| &slot.ray);
