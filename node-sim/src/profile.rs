@@ -60,6 +60,9 @@ pub struct Profile {
     pub copy: f64,
     /// Checking a byte of a block.
     pub check: f64,
+    /// Passing a packet on from link to link, where the node does that itself, and copies it twice; 0 where routers stand beside the nodes.
+    #[serde(default)]
+    pub forward: f64,
 }
 
 impl Profile {
@@ -89,6 +92,7 @@ impl Profile {
         message: 44.0,
         copy: 0.045,
         check: 0.136,
+        forward: 0.0,
     };
 
     /// INMOS T800 at 20 MHz: 1.5 million floating-point operations and 10 million instructions a second (data sheet), with memory
@@ -114,7 +118,7 @@ impl Profile {
 
     /// Each operation in words, and its time \[ns\].
     #[must_use]
-    pub fn operations(&self) -> [(&'static str, f64); 18] {
+    pub fn operations(&self) -> [(&'static str, f64); 19] {
         [
             ("a node of the tree: eight boxes", self.node),
             ("a record of a leaf: up to four triangles", self.leaf),
@@ -134,6 +138,7 @@ impl Profile {
             ("a message, in or out", self.message),
             ("copying a byte", self.copy),
             ("checking a byte of a block", self.check),
+            ("passing a packet on", self.forward),
         ]
     }
 
@@ -169,6 +174,12 @@ impl Profile {
             checks: ns(&[(work.checked, self.check)]),
             ..NodeTime::default()
         }
+    }
+
+    /// The time of passing on a packet of so many bytes.
+    pub(crate) fn forwarding(&self, bytes: usize, slow: f64) -> u64 {
+        let copies = if self.forward > 0.0 { 2.0 * self.copy * bytes as f64 } else { 0.0 };
+        ((self.forward + copies) * slow + 0.5) as u64
     }
 
     /// Of one ray that is traced and shaded, with its part of shadow rays: what a node does between two looks at its messages is
@@ -209,6 +220,8 @@ const fn cortex_m(name: &'static str, ns: f64) -> Profile {
         message: 2206.0 * ns,
         copy: 1.3 * ns,
         check: 13.3 * ns,
+        // What the router has of a message: half of it.
+        forward: 1100.0 * ns,
     }
 }
 
@@ -259,6 +272,8 @@ impl Machine {
             copy: 0.75 * other,
             // A checksum by table: seven; and the look at what the bytes mean.
             check: 8.0 * other,
+            // Processes of two links are woken, and one is told of the other's packet: half of what a message takes.
+            forward: 200.0 * other,
         }
     }
 }
@@ -281,6 +296,8 @@ mod tests {
         let time = Profile { node: 10.0, shading: 7.0, copy: 0.5, ..Profile::PC }.time(&work, 2.0);
         assert_eq!((time.trace, time.shade, time.copies), (60, 28, 1000));
         assert_eq!(time.busy(), 1088);
+        let slow = Profile { forward: 100.0, copy: 0.5, ..Profile::PC };
+        assert_eq!((slow.forwarding(50, 2.0), Profile::PC.forwarding(50, 2.0)), (300, 0));
     }
 
     #[test]

@@ -420,6 +420,27 @@ fn a_cancelled_run_gives_what_is_rendered() {
     assert!(pixels.filter(|(a, _)| **a != [0.0; 3]).count() > 100);
 }
 
+#[test]
+fn passing_packets_on_takes_the_time_of_nodes_without_routers() {
+    let file = scene("colour-cube:4", 1024);
+    let mut options = options(&file, "line", 8);
+    options.mesh.dealing = Dealing::RoundRobin;
+    let mut run = |profile: &Profile| {
+        options.profile = profile.clone();
+        let report = same(&file, &options).report;
+        let forwards: u64 = report.nodes.iter().map(|node| node.time.forwards).sum();
+        for node in &report.nodes {
+            let all = node.time.busy() + node.time.idle() + node.time.dead;
+            assert_eq!(all, report.virtual_ns, "each moment of a node is for one thing");
+        }
+        (forwards, report.virtual_ns)
+    };
+    let (none, quick) = run(&Profile { forward: 0.0, ..Profile::STM32F4 });
+    let (some, slow) = run(&Profile::STM32F4);
+    assert!(none == 0 && some > 0 && slow > quick, "{none} {some} ns, {quick} {slow} ns");
+    assert_eq!(run(&Profile::PC).0, 0);
+}
+
 /// A picture with a tile for each node. Where a second answer is dropped, nine tiles are with nobody until the host finds them overdue (118 by `pc`).
 #[test]
 fn groups_lose_no_tile() {

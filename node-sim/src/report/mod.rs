@@ -146,7 +146,7 @@ pub struct CrashReport {
 /// What a node did for a while.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub struct TraceEvent {
-    /// What: `trace`, `shade`, `clip`, `messages`, `checks`: what took most of it.
+    /// What: `trace`, `shade`, `clip`, `messages`, `checks`, `forwards`: what took most of it.
     pub name: &'static str,
     /// The node.
     pub node: u16,

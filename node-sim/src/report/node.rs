@@ -46,6 +46,8 @@ pub struct NodeTime {
     pub copies: u64,
     /// Arrived blocks checked.
     pub checks: u64,
+    /// Packets of others passed on, as far as there was no time for it while it waited.
+    pub forwards: u64,
     /// Idle, as blocks were awaited.
     pub idle_data: u64,
     /// Idle, as answers to rays were awaited.
@@ -62,7 +64,13 @@ impl NodeTime {
     /// At work.
     #[must_use]
     pub fn busy(&self) -> u64 {
-        self.trace + self.shade + self.clip + self.messages + self.copies + self.checks
+        self.trace
+            + self.shade
+            + self.clip
+            + self.messages
+            + self.copies
+            + self.checks
+            + self.forwards
     }
 
     /// The part of its work that one node would have to do as well: tracing and shading.
@@ -87,6 +95,7 @@ impl NodeTime {
             messages: share(self.messages),
             copies: share(self.copies),
             checks: share(self.checks),
+            forwards: share(self.forwards),
             ..Self::default()
         };
         first.trace += ns.saturating_sub(first.busy());
@@ -95,7 +104,7 @@ impl NodeTime {
 
     /// All of it, by name.
     #[must_use]
-    pub fn parts(&self) -> [(&'static str, u64); 11] {
+    pub fn parts(&self) -> [(&'static str, u64); 12] {
         [
             ("trace", self.trace),
             ("shade", self.shade),
@@ -103,6 +112,7 @@ impl NodeTime {
             ("messages", self.messages),
             ("copies", self.copies),
             ("checks", self.checks),
+            ("forwards", self.forwards),
             ("idle_data", self.idle_data),
             ("idle_answers", self.idle_answers),
             ("idle_credit", self.idle_credit),
@@ -120,6 +130,7 @@ impl AddAssign for NodeTime {
         self.messages += other.messages;
         self.copies += other.copies;
         self.checks += other.checks;
+        self.forwards += other.forwards;
         self.idle_data += other.idle_data;
         self.idle_answers += other.idle_answers;
         self.idle_credit += other.idle_credit;

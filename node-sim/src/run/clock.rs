@@ -23,6 +23,9 @@ pub(crate) struct PlaceState {
     pub(crate) stored: u32,
     /// How long the present step takes, by what it is.
     pub(crate) step: NodeTime,
+    /// Time that it owes to packets that it has passed on, as of `owed_since`: it has it while it waits, or after its step \[ns\].
+    pub(crate) owed: u64,
+    pub(crate) owed_since: u64,
     /// Where its time went, the present step not counted.
     pub(crate) time: NodeTime,
     /// What it did.
@@ -58,10 +61,21 @@ impl PlaceState {
             reminders: 0,
             stored: 0,
             step: NodeTime::default(),
+            owed: 0,
+            owed_since: 0,
             time: NodeTime::default(),
             work: Work::default(),
             steps: 0,
         }
+    }
+
+    /// What it owes by now to packets that it has passed on.
+    pub(crate) fn owes(&mut self, now: u64) -> &mut u64 {
+        if let Phase::Idle(_) = self.phase {
+            self.owed = self.owed.saturating_sub(now - self.owed_since);
+        }
+        self.owed_since = now;
+        &mut self.owed
     }
 
     /// Enters time in which it did not work.

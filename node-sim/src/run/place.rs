@@ -167,6 +167,10 @@ impl<'m, A: Actor<'m>> Place<'m, A> {
         } else {
             router.receive(port, bytes, |node| dead && node == here)
         };
+        if received == Received::Buffered && passes {
+            let time = self.settings.profile.forwarding(bytes.len(), self.slow);
+            *self.state.owes(self.now) += time;
+        }
         if received == Received::Buffered && !passes {
             let seen = Sight::arriving(sender, here, payload);
             self.journal.moments.extend(seen.map(|sight| (self.now, Moment::Seen(sight))));
@@ -337,6 +341,7 @@ impl<'m, A: Actor<'m>> Place<'m, A> {
         // What came to the front while it was at it, it has seen.
         self.router().take_news();
         let mut time = self.settings.profile.time(&progress.work, self.slow);
+        time.forwards = std::mem::take(self.state.owes(self.now));
         let (then, until) = match progress.next {
             Next::Now => (None, Time::NEVER),
             Next::Wait { until, lack } => (Some(lack), until),
@@ -384,7 +389,7 @@ impl<'m, A: Actor<'m>> Place<'m, A> {
         let state = &mut self.state;
         let Phase::Busy { then } = state.phase else { return };
         let (since, useful) = (state.since, state.step.useful());
-        state.since = self.now;
+        (state.since, state.owed_since) = (self.now, self.now);
         state.time += state.step;
         // Until something is found to go on with.
         state.phase = Phase::Idle(then.unwrap_or(Lack::Tiles));

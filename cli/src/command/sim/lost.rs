@@ -36,6 +36,7 @@ pub(in crate::command) fn lost(report: &Report, baseline: Option<&Baseline>) -> 
         ("messages", "handling messages", handling - refused),
         ("refused", "rays refused and sent again", refused),
         ("checks", "checking blocks that arrived", more(t.checks, one.checks)),
+        ("forwards", "passing on packets of others", more(t.forwards, one.forwards)),
         ("clip", "clipping bundles", more(t.clip, one.clip)),
         ("crashed", "nodes after their crash", more(t.dead, one.dead)),
     ];

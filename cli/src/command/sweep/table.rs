@@ -26,7 +26,7 @@ pub(super) struct Row {
 }
 
 /// Columns after the axes: their names, with units where they have one, and where they are in the JSON.
-const COLUMNS: [(&str, &str); 45] = [
+const COLUMNS: [(&str, &str); 46] = [
     ("nodes", "/nodes"),
     ("topology", "/options/topology"),
     ("memory_bytes", "/memory/limit"),
@@ -45,6 +45,7 @@ const COLUMNS: [(&str, &str); 45] = [
     ("lost_messages", "/lost/messages"),
     ("lost_refused", "/lost/refused"),
     ("lost_checks", "/lost/checks"),
+    ("lost_forwards", "/lost/forwards"),
     ("lost_clip", "/lost/clip"),
     ("lost_repeated", "/lost/repeated"),
     ("lost_crashed", "/lost/crashed"),
