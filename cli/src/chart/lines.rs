@@ -178,6 +178,9 @@ impl Lines<'_> {
                         let dot = |&p: &(f64, f64)| Circle::new(p, 3, colour.filled());
                         chart.draw_series(points.iter().map(dot))?;
                     }
+                    // There is nothing between two names.
+                    let apart = line.mark == Mark::Dots && matches!(self.x, Scale::Names(_));
+                    let points = if apart { Vec::new() } else { points };
                     chart.draw_series(LineSeries::new(points, style))?
                 }
             };
@@ -265,6 +268,16 @@ mod tests {
         assert!(lines(Scale::Even, vec![(3.0, 0.0)]).contains("a line"));
         let names = Scale::Names(vec!["hybrid".into(), "data".into()]);
         assert!(lines(names, vec![(0.0, 1.0), (1.0, f64::INFINITY)]).contains("hybrid"));
+    }
+
+    #[test]
+    fn names_are_not_joined() {
+        let points = vec![(0.0, 1.0), (1.0, 2.0)];
+        let names = Scale::Names(vec!["hybrid".into(), "data".into()]);
+        let [apart, joined] = [names, Scale::Even].map(|x| lines(x, points.clone()));
+        assert_eq!([&apart, &joined].map(|svg| svg.matches("<circle").count()), [4, 4]);
+        let strokes = |svg: &str| svg.matches(r#"stroke-width="2""#).count();
+        assert_eq!([&apart, &joined].map(|svg| strokes(svg)), [0, 2]);
     }
 
     #[test]

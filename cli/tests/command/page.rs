@@ -1,4 +1,4 @@
-//! The page of a run, in a browser.
+//! The pages of runs and of sweeps, in a browser.
 
 use std::{path::Path, process::Command};
 
@@ -30,15 +30,13 @@ fn screenshot(browser: &str, folder: &Folder, page: &Path, is_dark: bool) -> ima
     picture.into_rgb8()
 }
 
-#[test]
-fn a_browser_shows_the_maps_in_light_and_in_dark() {
+/// Runs a command, and looks for colours on the page that it writes to the folder `page`, on the paper of a page in light and in dark.
+fn shows(line: &str, colours: &[[u8; 3]]) {
     let Some(browser) = browser() else {
         eprintln!("skipped: there is no chromium on this machine (apt-get install chromium)");
         return;
     };
     let folder = Folder::new();
-    let line =
-        "sim glass --topology mesh:4x4 --memory 64KiB --width 48 --samples 1 --report page --quiet";
     folder.run(line).done();
     let page = folder.path().join("page/index.html");
     for is_dark in [false, true] {
@@ -48,11 +46,25 @@ fn a_browser_shows_the_maps_in_light_and_in_dark() {
             let all = picture.pixels().filter(|pixel| near(pixel.0, colour)).count();
             all as f64 / f64::from(picture.width() * picture.height())
         };
-        // The paper, the dark and the bright end of the maps, and the bar of useful time.
         let paper = if is_dark { [0x16, 0x16, 0x18] } else { [0xfd, 0xfd, 0xfc] };
         assert!(share(paper) > 0.5, "paper {} (dark: {is_dark})", share(paper));
-        for colour in [[0x44, 0x01, 0x54], [0xfd, 0xe7, 0x25], [0x00, 0x9e, 0x73]] {
+        for &colour in colours {
             assert!(share(colour) > 1e-4, "{colour:?} {} (dark: {is_dark})", share(colour));
         }
     }
+}
+
+#[test]
+fn a_browser_shows_the_maps_in_light_and_in_dark() {
+    let line =
+        "sim glass --topology mesh:4x4 --memory 64KiB --width 48 --samples 1 --report page --quiet";
+    // The dark and the bright end of the maps, and the bar of useful time.
+    shows(line, &[[0x44, 0x01, 0x54], [0xfd, 0xe7, 0x25], [0x00, 0x9e, 0x73]]);
+}
+
+#[test]
+fn a_browser_shows_the_plots_of_a_sweep_in_light_and_in_dark() {
+    let line = "sweep cornell --over nodes=1..4 --over schedule=hybrid,data --width 16 --samples 1 -o page --quiet";
+    // A line for each schedule.
+    shows(line, &[[0x1f, 0x83, 0xc4], [0xe6, 0x7e, 0x22]]);
 }

@@ -97,9 +97,10 @@ pub(super) fn plots(axes: &[Axis], rows: &[Row]) -> Vec<Plot> {
                 lines.insert(0, Line { name, mark: Mark::Thin, colour: 0, points });
             }
             let y_max = (name == "efficiency").then_some(1.1);
-            // The ideal is a straight line where both double.
+            // The ideal is a straight line where both double; where little differs, it is seen better in even steps.
             let is_ratio = matches!(name, "speed-up" | "time") && x == Scale::Doubling;
-            let y = if is_ratio { Scale::Doubling } else { Scale::Even };
+            let ys = lines.iter().flat_map(|line| line.points.iter().map(|point| point.1));
+            let y = if is_ratio && is_wide(ys) { Scale::Doubling } else { Scale::Even };
             let (x, x_name) = (x.clone(), x_name.clone());
             Some(Plot { name: name.to_owned(), title, x, x_name, y_name, y, y_max, lines })
         })
@@ -155,10 +156,14 @@ fn scale(axis: &Axis) -> (Scale, Vec<f64>, String) {
         let places = (0..axis.values.len()).map(|i| i as f64).collect();
         return (Scale::Names(axis.values.clone()), places, String::new());
     };
-    let least = numbers.iter().copied().fold(f64::INFINITY, f64::min);
-    let most = numbers.iter().copied().fold(0.0, f64::max);
-    let is_wide = least > 0.0 && most >= 4.0 * least;
+    let is_wide = is_wide(numbers.iter().copied());
     (if is_wide { Scale::Doubling } else { Scale::Even }, numbers, unit)
+}
+
+/// Whether numbers are doubled twice from the least to the greatest.
+fn is_wide(numbers: impl Iterator<Item = f64> + Clone) -> bool {
+    let least = numbers.clone().fold(f64::INFINITY, f64::min);
+    least > 0.0 && numbers.fold(0.0, f64::max) >= 4.0 * least
 }
 
 /// The values as numbers in the unit of the first; `None` if one is no number.
