@@ -33,6 +33,8 @@ pub enum Stage {
     Tree,
     /// The tree is cut, and treelets are packed into blocks.
     Cut,
+    /// The same again, as blocks were left too empty: once or twice.
+    Recut,
     /// Blocks are written.
     Blocks,
 }
@@ -45,6 +47,7 @@ impl Stage {
             Self::Surfaces => "surfaces",
             Self::Tree => "tree",
             Self::Cut => "cut",
+            Self::Recut => "fill",
             Self::Blocks => "blocks",
         }
     }

@@ -61,9 +61,8 @@ pub fn compile(
     let source = Source { nodes: &nodes, surfaces: &surfaces, block_bytes: options.block_bytes };
     let parents = parents(&nodes);
     let total = nodes.len() as u64;
-    let packed = fullest(source, &parents, &mut |done| progress.report(Stage::Cut, done, total));
+    let packed = fullest(source, &parents, progress);
     let blocks = order(packed, &nodes, &parents);
-    progress.report(Stage::Cut, total, total);
     clock.stage(2);
 
     let mut all = Bounds::EMPTY;
@@ -131,11 +130,16 @@ const WASTE: [f32; 3] = [0.0, 2.0, 8.0];
 const FILL: f64 = 0.9;
 
 /// The fullest blocks that are found.
-fn fullest(source: Source<'_>, parents: &[u32], done: &mut dyn FnMut(u64)) -> Blocks {
+fn fullest(source: Source<'_>, parents: &[u32], progress: &mut dyn Progress) -> Blocks {
     let mut cutter = Cutter::new(source);
     let mut best = Blocks::default();
-    for waste in WASTE {
-        let blocks = pack(source, parents, &cutter.cut(waste, done));
+    let (nodes, more) = (source.nodes.len() as u64, WASTE.len() as u64 - 1);
+    for (before, waste) in (0..).zip(WASTE) {
+        let mut done = |done| match before {
+            0 => progress.report(Stage::Cut, done, nodes),
+            _ => progress.report(Stage::Recut, (before - 1) * nodes + done, more * nodes),
+        };
+        let blocks = pack(source, parents, &cutter.cut(waste, &mut done));
         if best.nodes.is_empty() || blocks.nodes.len() < best.nodes.len() {
             best = blocks;
         }

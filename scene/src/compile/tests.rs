@@ -10,7 +10,7 @@ mod tables;
 use glam::DVec3;
 use oracle::check;
 
-use super::{Options, compile};
+use super::{Options, Stage, compile};
 use crate::model::{Material, Model, Sphere};
 
 const SIZES: [usize; 7] = [1 << 10, 2 << 10, 4 << 10, 8 << 10, 16 << 10, 32 << 10, 64 << 10];
@@ -68,5 +68,27 @@ fn blocks_of_like_objects_are_as_full_as_any() {
         let model = crate::builtin::build(scene).unwrap();
         let stats = compile(&model, &Options::blocks_of(kib << 10), &mut ()).unwrap().stats;
         assert!(stats.fill() >= 0.9, "{scene}, {kib} KiB: {}", stats.fill());
+    }
+}
+
+#[test]
+fn progress_goes_on_and_never_back() {
+    for (name, cut_again) in [("studio", false), ("sinc:60", true), ("sphereflake:3", true)] {
+        let model = crate::builtin::build(name).unwrap();
+        let mut told = Vec::new();
+        let mut progress = |stage: Stage, done: u64, total: u64| {
+            assert!(done <= total, "{name}: {done} of {total}");
+            told.push((stage, done, total));
+        };
+        compile(&model, &Options::blocks_of(4096), &mut progress).unwrap();
+        let order = [Stage::Surfaces, Stage::Tree, Stage::Cut, Stage::Recut, Stage::Blocks];
+        let place = |stage| order.iter().position(|&s| s == stage);
+        for pair in told.windows(2) {
+            let [(stage, done, total), (next, more, of)] = [pair[0], pair[1]];
+            let goes_on = stage == next && total == of && done <= more;
+            assert!(goes_on || place(stage) < place(next), "{name}: {pair:?}");
+        }
+        let is_recut = told.iter().any(|t| t.0 == Stage::Recut);
+        assert_eq!(is_recut, cut_again, "{name}");
     }
 }
