@@ -4,8 +4,8 @@ use super::super::mesh::{Broken, Faults, Setup};
 use super::instances::mesh;
 use super::wander::{first_flaw, wander};
 use super::{Kind, describe, explore};
-use crate::node::Schedule;
 use crate::node::rules::Rule;
+use crate::node::{PointHome, Schedule};
 
 /// Nothing goes on, or it never ends.
 const STUCK: [Kind; 3] = [Kind::DeadEnd, Kind::NoWayOut, Kind::Endless];
@@ -21,7 +21,12 @@ fn fails(setup: &Setup, broken: Broken, kinds: &[Kind]) {
 
 /// Random runs find such a flaw, and the same run with the rule kept ends well.
 fn is_found(broken: Broken, kinds: &[Kind]) {
-    let Some((seed, setup, flaw)) = first_flaw(broken, kinds) else {
+    is_found_where(broken, kinds, |setup| setup);
+}
+
+/// The same in meshes like those.
+fn is_found_where(broken: Broken, kinds: &[Kind], like: fn(Setup) -> Setup) {
+    let Some((seed, setup, flaw)) = first_flaw(broken, kinds, like) else {
         panic!("{broken:?} does no harm")
     };
     println!("{broken:?}, seed {seed}: {:?}, {} steps, {setup:?}", flaw.kind, flaw.steps.len());
@@ -93,7 +98,12 @@ fn an_answer_is_known_by_its_slot_alone() {
 
 #[test]
 fn who_finds_a_hit_adds_a_part_of_what_its_ray_brings() {
-    is_found(Broken::Node(Rule::WholeAnswer), &[Kind::WrongSum]);
+    // A late answer meets the same ray of a tile that was given again: rare where few tiles are.
+    let like = |setup: Setup| {
+        let faults = Faults { losses: 2, overdue: 4, ..setup.faults };
+        Setup { points: PointHome::Owner, group: 0, faults, ..setup }
+    };
+    is_found_where(Broken::Node(Rule::WholeAnswer), &[Kind::WrongSum], like);
 }
 
 #[test]

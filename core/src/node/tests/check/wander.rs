@@ -156,10 +156,14 @@ pub(super) fn shrunk(setup: &Setup, mut flaw: Flaw) -> Flaw {
     flaw
 }
 
-/// The first flaw of these kinds that seeds find in small meshes with a broken rule, made short, and its seed.
-pub(super) fn first_flaw(broken: Broken, kinds: &[Kind]) -> Option<(u64, Setup, Flaw)> {
+/// The first flaw of these kinds that seeds find in small meshes `like` those with a broken rule, made short, and its seed.
+pub(super) fn first_flaw(
+    broken: Broken,
+    kinds: &[Kind],
+    like: fn(Setup) -> Setup,
+) -> Option<(u64, Setup, Flaw)> {
     (0..40_000).find_map(|seed| {
-        let setup = Setup { broken: Some(broken), fused: true, ..drawn(seed) };
+        let setup = Setup { broken: Some(broken), fused: true, ..like(drawn(seed)) };
         if setup.topology.nodes() > 4 {
             return None;
         }
