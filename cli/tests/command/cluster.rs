@@ -5,11 +5,10 @@ use std::{
     net::TcpListener,
     path::Path,
     process::{Child, Command, Stdio},
-    thread,
     time::Duration,
 };
 
-use crate::support::{Folder, json, until};
+use crate::support::{Folder, json, until, within};
 
 const EXAMPLE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../node-host/examples/two-machines");
 const MACHINES: [&str; 2] = ["alpha.example", "beta.example"];
@@ -141,11 +140,8 @@ fn a_node_of_another_scene_is_named_on_both_sides() {
         let said = String::from_utf8_lossy(&ended.stderr);
         assert_eq!(ended.status.code(), Some(1), "{said}");
         assert!(said.contains("node 1: the host has another scene file"), "{said}");
-        let has_ended = |_| {
-            thread::sleep(Duration::from_millis(20));
-            right.try_wait().expect("it can be asked").is_some()
-        };
-        if (0..100).any(has_ended) {
+        let has_ended = || right.try_wait().expect("it can be asked").is_some();
+        if within(Duration::from_secs(2), has_ended) {
             break;
         }
     }

@@ -155,10 +155,18 @@ pub(crate) fn signal(name: &str, process: u32) {
 
 /// Waits until something is so; for ever is too long.
 #[track_caller]
-pub(crate) fn until(mut is_so: impl FnMut() -> bool) {
+pub(crate) fn until(is_so: impl FnMut() -> bool) {
+    assert!(within(Duration::from_secs(60), is_so), "it takes too long");
+}
+
+/// Whether something comes to be so within a time.
+pub(crate) fn within(limit: Duration, mut is_so: impl FnMut() -> bool) -> bool {
     let begin = Instant::now();
     while !is_so() {
-        assert!(begin.elapsed() < Duration::from_secs(60), "it takes too long");
+        if begin.elapsed() > limit {
+            return false;
+        }
         thread::yield_now();
     }
+    true
 }

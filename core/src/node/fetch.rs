@@ -237,7 +237,7 @@ impl<W: World> Node<'_, W> {
     /// Requests wait here for room in the reply channel alone (rule 4), in a queue of their own, so that they do not
     /// stand in the buffers of links before others.
     pub(super) fn serve(&mut self, now: Time) {
-        while let Some(&Serve { block, offset, to, request }) = self.serves.front() {
+        while let Some(&Serve { block, offset, to, request, .. }) = self.serves.front() {
             let begin = (offset as usize).saturating_add(self.served);
             let bytes = self.blocks.rom.block(block).and_then(|bytes| bytes.get(begin..));
             let rest = bytes.unwrap_or_default();
@@ -247,7 +247,7 @@ impl<W: World> Node<'_, W> {
                 continue;
             }
             let piece = rest.get(..self.piece).unwrap_or(rest);
-            let (offset, request) = (begin as u32, request as u8);
+            let offset = begin as u32;
             let message = Message::Part { block, offset, request, bytes: piece };
             if !self.push(NodeId(to), &message, now) {
                 return;

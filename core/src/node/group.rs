@@ -37,12 +37,17 @@ pub(super) enum Asked {
     Answered(Option<u32>),
 }
 
+/// The first of a node's group of so many; `None` where there are no groups.
+pub(super) fn sub_master(node: NodeId, group: u16) -> Option<NodeId> {
+    let place = node.0.checked_rem(group)?;
+    Some(NodeId(node.0.wrapping_sub(place)))
+}
+
 impl<'a> Group<'a> {
-    /// Of how many nodes a node hands tiles on, where each of so many is the sub-master of the group that begins with it.
+    /// How many nodes of a mesh are behind this one in its group, if it is their sub-master.
     pub(super) fn len_at(here: NodeId, group: u16, nodes: u16) -> usize {
-        let is_sub_master = here.0.checked_rem(group) == Some(0);
         let behind = nodes.saturating_sub(here.0).min(group).saturating_sub(1);
-        if is_sub_master { behind.into() } else { 0 }
+        if sub_master(here, group) == Some(here) { behind.into() } else { 0 }
     }
 
     pub(super) fn new(sub_master: NodeId, members: &'a mut [Member]) -> Self {

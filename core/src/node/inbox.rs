@@ -161,7 +161,7 @@ impl<W: World> Node<'_, W> {
             Message::Fetch { block, offset, .. } if self.is_served(block, offset, from) => {}
             Message::Fetch { block, offset, request } => {
                 let known = self.blocks.rom.holds(block) && (offset as usize).is_multiple_of(4);
-                let serve = Serve { block, offset, to: from.0, request: request.into() };
+                let serve = Serve { block, offset, to: from.0, request, _zero: 0 };
                 // There is room: `requests` looked for it.
                 if !known || self.serves.enqueue(serve).is_err() {
                     self.note_unasked();

@@ -193,7 +193,8 @@ pub(super) struct Serve {
     pub(super) offset: u32,
     pub(super) to: u16,
     /// See [`Message::Fetch`](crate::protocol::Message::Fetch).
-    pub(super) request: u16,
+    pub(super) request: u8,
+    pub(super) _zero: u8,
 }
 
 /// A block that was requested.

@@ -1,4 +1,4 @@
-use super::group::Asked;
+use super::group::{Asked, sub_master};
 use super::rules::Rule;
 use super::slots::{Root, RootState};
 use super::{Node, ShadowPolicy, Time, World};
@@ -176,14 +176,13 @@ impl<W: World> Node<'_, W> {
     }
 
     fn is_sub_master(&self) -> bool {
-        self.settings.group > 0 && self.master() == HOST
+        sub_master(self.here, self.settings.group) == Some(self.here)
     }
 
     /// Whom this node asks for tiles.
     fn master(&self) -> NodeId {
-        let group = self.settings.group;
-        let Some(place) = self.here.0.checked_rem(group) else { return HOST };
-        if place == 0 { HOST } else { NodeId(self.here.0.wrapping_sub(place)) }
+        let first = sub_master(self.here, self.settings.group);
+        first.filter(|&first| first != self.here).unwrap_or(HOST)
     }
 
     fn free_tile(&self) -> Option<usize> {

@@ -23,9 +23,8 @@ pub(crate) struct PlaceState {
     pub(crate) stored: u32,
     /// How long the present step takes, by what it is.
     pub(crate) step: NodeTime,
-    /// Time that it owes to packets that it has passed on, as of `owed_since`: it has it while it waits, or after its step \[ns\].
-    pub(crate) owed: u64,
-    pub(crate) owed_since: u64,
+    /// Until when it is kept by packets that it has passed on, if it does nothing else from the end of its step on \[ns\].
+    pub(crate) kept_until: u64,
     /// Where its time went, the present step not counted.
     pub(crate) time: NodeTime,
     /// What it did.
@@ -61,21 +60,20 @@ impl PlaceState {
             reminders: 0,
             stored: 0,
             step: NodeTime::default(),
-            owed: 0,
-            owed_since: 0,
+            kept_until: 0,
             time: NodeTime::default(),
             work: Work::default(),
             steps: 0,
         }
     }
 
-    /// What it owes by now to packets that it has passed on.
-    pub(crate) fn owes(&mut self, now: u64) -> &mut u64 {
-        if let Phase::Idle(_) = self.phase {
-            self.owed = self.owed.saturating_sub(now - self.owed_since);
-        }
-        self.owed_since = now;
-        &mut self.owed
+    /// A packet keeps it for so long, now or behind its step.
+    pub(crate) fn keep(&mut self, now: u64, length: u64) {
+        let free = match self.phase {
+            Phase::Busy { .. } => self.since + self.step.busy(),
+            Phase::Idle(_) | Phase::Dead => now,
+        };
+        self.kept_until = self.kept_until.max(free) + length;
     }
 
     /// Enters time in which it did not work.

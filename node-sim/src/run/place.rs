@@ -169,7 +169,7 @@ impl<'m, A: Actor<'m>> Place<'m, A> {
         };
         if received == Received::Buffered && passes {
             let time = self.settings.profile.forwarding(bytes.len(), self.slow);
-            *self.state.owes(self.now) += time;
+            self.state.keep(self.now, time);
         }
         if received == Received::Buffered && !passes {
             let seen = Sight::arriving(sender, here, payload);
@@ -341,7 +341,7 @@ impl<'m, A: Actor<'m>> Place<'m, A> {
         // What came to the front while it was at it, it has seen.
         self.router().take_news();
         let mut time = self.settings.profile.time(&progress.work, self.slow);
-        time.forwards = std::mem::take(self.state.owes(self.now));
+        time.forwards = self.state.kept_until.saturating_sub(self.now);
         let (then, until) = match progress.next {
             Next::Now => (None, Time::NEVER),
             Next::Wait { until, lack } => (Some(lack), until),
@@ -389,7 +389,7 @@ impl<'m, A: Actor<'m>> Place<'m, A> {
         let state = &mut self.state;
         let Phase::Busy { then } = state.phase else { return };
         let (since, useful) = (state.since, state.step.useful());
-        (state.since, state.owed_since) = (self.now, self.now);
+        state.since = self.now;
         state.time += state.step;
         // Until something is found to go on with.
         state.phase = Phase::Idle(then.unwrap_or(Lack::Tiles));
