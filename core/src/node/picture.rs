@@ -125,6 +125,41 @@ impl<T: Tracer, C: Scratch> Picture<'_, T, C> {
         Some(whole)
     }
 
+    /// Makes the next shadow rays of a point, and takes the first.
+    ///
+    /// A function of its own, as most rays have been made before.
+    #[inline(never)]
+    fn go_on<S: BlockSource<Error = Missing>>(
+        &mut self,
+        source: &mut S,
+        point: &Point,
+        lights: &mut Lights,
+        counts: &mut Counts,
+        work: &mut Work,
+    ) -> Option<Lit> {
+        loop {
+            let Lights { bundle, next, made, ahead, first, .. } = &mut *lights;
+            if let Some(bundle) = bundle {
+                if *next < bundle.len {
+                    self.shader.shadow_rays(self.tracer, point, bundle, *next, ahead);
+                    *first = *next;
+                    *next = (*made).min(first.saturating_add(ahead.len())).max(*first);
+                    match lights.take(counts) {
+                        Some(shadow) => return Some(Lit::By(shadow)),
+                        None => continue,
+                    }
+                }
+                (*next, *made, *first, *ahead) = (0, 0, 0, ShadowRays::NONE);
+            }
+            if !self.next_bundle(point, lights, counts) {
+                return None;
+            }
+            if let Some(sum) = self.whole(source, point, lights, counts, work) {
+                return Some(Lit::Whole(sum));
+            }
+        }
+    }
+
     /// Goes on with a ray. All rays come here, so that the traversal is there once in the code of a node, and not once for each question.
     #[inline(never)]
     fn ask<S: BlockSource<Error = Missing>>(
@@ -197,9 +232,28 @@ pub struct Lights {
     made: u32,
     /// It was taken up again: the bundle has been counted.
     again: bool,
-    /// Rays of the bundle from `next` on that have been made, those between.
+    /// Rays of the bundle that have been made, the first of which has this number.
     ahead: ShadowRays,
-    between: (usize, usize),
+    first: u32,
+}
+
+impl Lights {
+    /// Takes the next of the rays that have been made; passes over those whose light does not count.
+    #[inline(always)]
+    fn take(&mut self, counts: &mut Counts) -> Option<Shadow> {
+        let Self { bundle, next, ahead, first, .. } = self;
+        let at = next.wrapping_sub(*first);
+        let (dark, shadow) = match ahead.next(at) {
+            Some((place, ray)) => {
+                let light = bundle.as_ref().map_or(0, |bundle| bundle.light);
+                (place.wrapping_sub(at), Some(Shadow::new(ray, light, 0)))
+            }
+            None => (ahead.len().saturating_sub(at), None),
+        };
+        counts.shadow_dark = counts.shadow_dark.saturating_add(dark.into());
+        *next = next.saturating_add(dark).saturating_add(shadow.is_some().into());
+        shadow
+    }
 }
 
 impl<T: Tracer, C: Scratch> World for Picture<'_, T, C> {
@@ -370,12 +424,12 @@ impl<T: Tracer, C: Scratch> World for Picture<'_, T, C> {
             next,
             made: 0,
             again: next > 0,
-            ahead: ShadowRays::default(),
-            between: (0, 0),
+            ahead: ShadowRays::NONE,
+            first: 0,
         }
     }
 
-    #[inline]
+    #[inline(always)]
     fn next_light<S: BlockSource<Error = Missing>>(
         &mut self,
         source: &mut S,
@@ -384,35 +438,9 @@ impl<T: Tracer, C: Scratch> World for Picture<'_, T, C> {
         counts: &mut Counts,
         work: &mut Work,
     ) -> Option<Lit> {
-        loop {
-            if let Some(bundle) = &mut lights.bundle {
-                while lights.next < bundle.len {
-                    let j = lights.next;
-                    lights.next = j.saturating_add(1);
-                    let (mut first, mut end) = lights.between;
-                    // Where there is room for one there is nothing to remember, which a board does not.
-                    if first == end || lights.ahead.len() == 1 {
-                        let (tracer, rays) = (self.tracer, &mut lights.ahead);
-                        let made = self.shader.shadow_rays(tracer, point, bundle, j, rays);
-                        (first, end) = (0, made as usize);
-                    }
-                    lights.between = (first.saturating_add(1), end);
-                    match lights.ahead.get(first).copied().flatten() {
-                        _ if j < lights.made => {}
-                        Some(shadow) => {
-                            return Some(Lit::By(Shadow::new(&shadow, bundle.light, 0)));
-                        }
-                        None => counts.shadow_dark = counts.shadow_dark.saturating_add(1),
-                    }
-                }
-                (lights.next, lights.made, lights.between) = (0, 0, (0, 0));
-            }
-            if !self.next_bundle(point, lights, counts) {
-                return None;
-            }
-            if let Some(sum) = self.whole(source, point, lights, counts, work) {
-                return Some(Lit::Whole(sum));
-            }
+        match lights.take(counts) {
+            Some(shadow) => Some(Lit::By(shadow)),
+            None => self.go_on(source, point, lights, counts, work),
         }
     }
 

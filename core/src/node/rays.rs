@@ -460,19 +460,25 @@ impl<W: World> Node<'_, W> {
                 self.enqueue(number as u16);
             }
         }
-        let mut at = self.shadows.len().saturating_sub(self.parked);
-        while let Some(&slot) = self.shadows.get(at) {
-            if slot.trail.block() == block {
-                // The place that it leaves is taken by the first of those that still wait.
-                let first = self.shadows.len().saturating_sub(self.parked);
-                if let Ok([first, place]) = self.shadows.get_disjoint_mut([first, at]) {
-                    core::mem::swap(first, place);
-                }
-                self.parked = self.parked.saturating_sub(1);
-                if let Some(place) = self.shadows.get_mut(self.fresh) {
-                    *place = slot;
-                    self.fresh = self.fresh.saturating_add(1);
-                }
+        let Self { shadows, fresh, parked, .. } = self;
+        let len = shadows.len();
+        let mut at = len.saturating_sub(*parked);
+        // By reference up to those that wait for it, which few do.
+        while let Some(next) = shadows
+            .get(at..)
+            .and_then(|rest| rest.iter().position(|slot| slot.trail.block() == block))
+        {
+            at = at.saturating_add(next);
+            let Some(&slot) = shadows.get(at) else { break };
+            // The place that it leaves is taken by the first of those that still wait.
+            if let Ok([first, place]) = shadows.get_disjoint_mut([len.saturating_sub(*parked), at])
+            {
+                core::mem::swap(first, place);
+            }
+            *parked = parked.saturating_sub(1);
+            if let Some(place) = shadows.get_mut(*fresh) {
+                *place = slot;
+                *fresh = fresh.saturating_add(1);
             }
             at = at.saturating_add(1);
         }

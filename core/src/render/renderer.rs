@@ -221,20 +221,18 @@ impl<'a> Renderer<'a> {
                 continue;
             }
             let mut j = 0;
-            let mut rays = ShadowRays::default();
+            let mut rays = ShadowRays::NONE;
             while j < bundle.len {
-                let count = shader.shadow_rays(tracer, point, &mut bundle, j, &mut rays);
-                for ray in rays.iter().take(count as usize) {
-                    let Some(ray) = ray else {
-                        work.counts.shadow_dark = work.counts.shadow_dark.saturating_add(1);
-                        continue;
-                    };
+                shader.shadow_rays(tracer, point, &mut bundle, j, &mut rays);
+                let dark = &mut work.counts.shadow_dark;
+                *dark = dark.saturating_add(rays.dark().into());
+                for ray in rays.lit() {
                     if self.shadows.is_full() {
                         self.light(work)?;
                     }
                     self.shadows.push(Shadow::new(ray, bundle.light, pixel));
                 }
-                j = j.saturating_add(count);
+                j = j.saturating_add(rays.len());
             }
         }
         Ok(())

@@ -15,8 +15,71 @@ pub struct ShadowRay {
     pub light: Vec3,
 }
 
-/// Shadow rays made together: a place is empty where the light of a ray would not count.
-pub type ShadowRays = [Option<ShadowRay>; TOGETHER];
+impl ShadowRay {
+    const NONE: Self = {
+        let ray = Ray { origin: Vec3::ZERO, direction: Vec3::ZERO, t_min: 0.0, t_max: 0.0 };
+        Self { ray, light: Vec3::ZERO }
+    };
+}
+
+/// Shadow rays made together, one after the other.
+#[derive(Debug, Clone, Copy)]
+pub struct ShadowRays {
+    rays: [ShadowRay; TOGETHER],
+    len: u32,
+    /// Those whose light counts, a bit each.
+    lit: u32,
+}
+
+impl ShadowRays {
+    /// None yet.
+    pub const NONE: Self = Self { rays: [ShadowRay::NONE; TOGETHER], len: 0, lit: 0 };
+
+    /// How many, with those whose light does not count.
+    #[must_use]
+    pub const fn len(&self) -> u32 {
+        self.len
+    }
+
+    /// Whether there is none.
+    #[must_use]
+    pub const fn is_empty(&self) -> bool {
+        self.len == 0
+    }
+
+    /// Those whose light counts.
+    pub fn lit(&self) -> impl Iterator<Item = &ShadowRay> {
+        let mut lit = self.lit;
+        core::iter::from_fn(move || {
+            let at = (lit != 0).then(|| lit.trailing_zeros())?;
+            lit &= lit - 1;
+            self.rays.get(at as usize)
+        })
+    }
+
+    /// How many of them have a light that does not count.
+    #[must_use]
+    pub const fn dark(&self) -> u32 {
+        self.len.saturating_sub(self.lit.count_ones())
+    }
+
+    /// The first from `at` on whose light counts, and its place.
+    #[inline(always)]
+    #[must_use]
+    pub fn next(&self, at: u32) -> Option<(u32, &ShadowRay)> {
+        let left = self.lit.unbounded_shr(at);
+        let place = (left != 0).then(|| at.wrapping_add(left.trailing_zeros()))?;
+        Some((place, self.rays.get(place as usize)?))
+    }
+
+    #[inline(always)]
+    fn put(&mut self, at: usize, ray: Option<ShadowRay>) {
+        if let (Some(place), Some(ray)) = (self.rays.get_mut(at), ray) {
+            *place = ray;
+            self.lit |= 1 << at;
+        }
+    }
+}
 
 /// As many as lanes do at once; a board, which has one, makes them one by one.
 const TOGETHER: usize = if cfg!(feature = "bundles") { LANES } else { 1 };
@@ -25,25 +88,24 @@ const TOGETHER: usize = if cfg!(feature = "bundles") { LANES } else { 1 };
 const FEW: u32 = 3;
 
 impl Shader<'_> {
-    /// Shadow rays of a bundle from `j` on into the places, as many as there are of both: how many. They are made one after the other, from 0 up.
+    /// Makes shadow rays of a bundle from `j` on, as many as there are and have room. They are made one after the other, from 0 up.
     pub fn shadow_rays<T: Tracer>(
         &self,
         tracer: T,
         point: &Point,
         bundle: &mut Bundle,
         j: u32,
-        rays: &mut [Option<ShadowRay>],
-    ) -> u32 {
-        let count = bundle.len.saturating_sub(j).min(rays.len().min(TOGETHER) as u32);
-        let rays = rays.get_mut(..count as usize).unwrap_or_default();
-        if cfg!(feature = "bundles") && count >= FEW {
+        rays: &mut ShadowRays,
+    ) {
+        rays.len = bundle.len.saturating_sub(j).min(TOGETHER as u32);
+        rays.lit = 0;
+        if cfg!(feature = "bundles") && rays.len >= FEW {
             tracer.compute(Together { shader: *self, point, bundle, j, rays });
         } else {
-            for (i, ray) in (j..).zip(rays) {
-                *ray = self.shadow_ray(point, bundle, i);
+            for (i, at) in (j..).zip(0..rays.len as usize) {
+                rays.put(at, self.shadow_ray(point, bundle, i));
             }
         }
-        count
     }
 
     /// Shadow ray `j` of a bundle; `None` if its light would not count. They are made one after the other, from 0 up.
@@ -155,32 +217,30 @@ struct Together<'a, 's> {
     point: &'a Point,
     bundle: &'a mut Bundle,
     j: u32,
-    rays: &'a mut [Option<ShadowRay>],
+    rays: &'a mut ShadowRays,
 }
 
 impl Kernel for Together<'_, '_> {
     #[inline(always)]
     fn run<L: Lanes>(self, lanes: L) {
-        let Self { shader, point, bundle, mut j, mut rays } = self;
-        while !rays.is_empty() {
+        let Self { shader, point, bundle, mut j, rays } = self;
+        let len = rays.len as usize;
+        for first in (0..len).step_by(L::Real::COUNT) {
             let made =
                 shader.made::<L::Real>(point, bundle, lanes.count_from(bundle.index(point, j)));
             let is_lit = made.is_lit.lanes();
             let (origin, direction) = (Put::down(made.origin), Put::down(made.direction));
             let light = Put::down(made.light);
-            let (now, later) = rays.split_at_mut(L::Real::COUNT.min(rays.len()));
-            for (lane, ray) in now.iter_mut().enumerate() {
+            for lane in 0..L::Real::COUNT.min(len - first) {
                 let light = bundle.take(j, is_lit >> lane & 1 != 0, light.at(lane));
                 j = j.wrapping_add(1);
-                *ray = light.map(|light| {
+                let ray = light.map(|light| {
                     let (origin, direction) = (origin.at(lane), direction.at(lane));
-                    ShadowRay {
-                        ray: Ray { origin, direction, t_min: 0.0, t_max: made.t_max },
-                        light,
-                    }
+                    let ray = Ray { origin, direction, t_min: 0.0, t_max: made.t_max };
+                    ShadowRay { ray, light }
                 });
+                rays.put(first + lane, ray);
             }
-            rays = later;
         }
     }
 }

@@ -113,9 +113,21 @@ impl<const GROUPS: usize> Level<GROUPS> {
 
     /// The slots that a ray meets.
     pub(super) fn met_by(&self, id: usize) -> u8 {
-        let rays = self.list.as_flattened().iter().zip(self.met.as_flattened());
-        let ray = rays.take(self.count).find(|(other, _)| usize::from(**other) == id);
-        ray.map_or(0, |(_, met)| *met)
+        // Eight rays at a time: which byte of a word is zero (Warren, Hacker's Delight, 6-1). What stands behind the list comes after the ray, if that is there.
+        const ONES: u64 = u64::from_ne_bytes([1; GROUP]);
+        const HIGHS: u64 = ONES << 7;
+        let id = ONES.wrapping_mul(id as u64 & 0xff);
+        let octets = self.list.iter().zip(&self.met).take(self.count.div_ceil(GROUP));
+        for (g, (octet, met)) in octets.enumerate() {
+            let differ = u64::from_le_bytes(*octet) ^ id;
+            let same = differ.wrapping_sub(ONES) & !differ & HIGHS;
+            if same != 0 {
+                let lane = same.trailing_zeros() as usize / 8;
+                let is_in = g * GROUP + lane < self.count;
+                return met.get(lane).copied().filter(|_| is_in).unwrap_or(0);
+            }
+        }
+        0
     }
 
     /// Rays of any way, each as a lane of its group.

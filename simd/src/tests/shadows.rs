@@ -154,24 +154,30 @@ fn agree(case: &Case, tracer: Auto) -> Result<usize, TestCaseError> {
     prop_assert_eq!(&single, &Some((point, bundles.clone())), "{}", tracer.name());
     for mut bundle in bundles {
         let mut single = bundle;
-        let mut together = ShadowRays::default();
+        let mut together = ShadowRays::NONE;
         let mut j = 0;
         while j < bundle.len {
-            // As many as there would be room for.
-            let room = 8 - (j as usize % 5).min(7);
-            let count = shader.shadow_rays(tracer, &point, &mut bundle, j, &mut together[..room]);
-            for (i, ray) in (j..).zip(&together[..count as usize]) {
-                let exact = shader.shadow_ray(&point, &mut single, i);
+            shader.shadow_rays(tracer, &point, &mut bundle, j, &mut together);
+            let mut lit = together.lit();
+            for at in 0..together.len() {
+                let here = together.next(at).filter(|(place, _)| *place == at);
+                let ray = here.map(|(_, ray)| *ray);
+                if ray.is_some() {
+                    prop_assert_eq!(lit.next().copied(), ray);
+                }
+                let exact = shader.shadow_ray(&point, &mut single, j + at);
                 prop_assert_eq!(
                     format!("{:?}", ray),
                     format!("{:?}", exact),
                     "{}: {}",
                     tracer.name(),
-                    i
+                    j + at
                 );
                 rays += usize::from(exact.is_some());
             }
-            j += count;
+            prop_assert!(lit.next().is_none());
+            prop_assert_eq!(together.dark(), together.len() - together.lit().count() as u32);
+            j += together.len();
         }
         prop_assert_eq!(bundle, single);
     }
