@@ -150,6 +150,10 @@ impl Profile {
     /// The time of an amount of work, by what it is, for a node that is slower by a factor.
     pub(crate) fn time(&self, work: &Work, slow: f64) -> NodeTime {
         let ns = |terms: &[(u64, f64)]| {
+            // Most steps are of one kind.
+            if terms.iter().fold(0, |all, (count, _)| all | count) == 0 {
+                return 0;
+            }
             let sum: f64 = terms.iter().map(|&(count, each)| count as f64 * each).sum();
             (sum * slow + 0.5) as u64
         };

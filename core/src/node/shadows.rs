@@ -57,7 +57,7 @@ impl<W: World> Node<'_, W> {
                 }
             } else if let Some(place) = self.shadows.get_mut(self.fresh) {
                 shadow.pixel = u32::from(pixel);
-                *place = ShadowSlot { shadow, trail: Trail::START, depth: [0; 3], root, begun: 0 };
+                *place = ShadowSlot::new(shadow, root);
                 self.fresh = self.fresh.saturating_add(1);
             }
             made = made.saturating_add(1);
@@ -82,9 +82,8 @@ impl<W: World> Node<'_, W> {
             // Where much has to come, a bundle is cut short by blocks: of rays of the same signs more go together. Else they follow their points, which suits
             // pyramids.
             let by_signs = cfg!(feature = "bundles") && !self.is_quiet();
-            let order = |ray: &Shadow| if by_signs { ray.order() } else { ray.source };
             let fresh = self.shadows.get_mut(..self.fresh).unwrap_or_default();
-            crate::render::sort_by_key(fresh, |slot| order(&slot.shadow) ^ turned);
+            crate::render::sort_by_key(fresh, |slot| slot.order(by_signs) ^ turned);
         }
         let traced = match self.last_bundle() {
             Some((false, count)) if self.skip_bundle(count, now) => SHADOWS_PER_STEP,

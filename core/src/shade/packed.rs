@@ -181,10 +181,10 @@ impl Shadow {
         }
     }
 
-    /// What it is sorted by: its light, then the signs of its direction, as rays of the same signs are traced together.
+    /// The signs of its direction, a bit each.
     #[must_use]
-    pub(crate) fn order(&self) -> u32 {
-        self.source << 3 | u32::from(PreparedRay::signs(self.direction.into()))
+    pub(crate) fn signs(&self) -> u8 {
+        PreparedRay::signs(self.direction.into())
     }
 
     /// What it brings if nothing is in its way.

@@ -28,8 +28,6 @@ pub(crate) struct Place<'m, A> {
     pub(crate) links: Vec<LinkState>,
     /// The number of the first among all links: by the place that they leave, then by port.
     first: u32,
-    /// What it has to tell, while it goes through a window.
-    journal: Journal,
     /// Now \[ns\].
     pub(crate) now: u64,
     /// What became of packets and of the node.
@@ -71,7 +69,6 @@ impl<'m, A: Actor<'m>> Place<'m, A> {
             state: PlaceState::new(),
             links: LinkState::of(mesh, here),
             first,
-            journal: Journal::default(),
             now: 0,
             faults: FaultReport::default(),
             hash: 0,
@@ -93,32 +90,26 @@ impl<'m, A: Actor<'m>> Place<'m, A> {
 
     /// Lets all happen that happens before `end`, unless the actor sees the end of the run, and tells it.
     pub(crate) fn advance(&mut self, end: u64, journal: &mut Journal) {
-        std::mem::swap(&mut self.journal, journal);
-        self.advance_to(end);
-        std::mem::swap(&mut self.journal, journal);
-    }
-
-    fn advance_to(&mut self, end: u64) {
         while self.queue.due() < end && !self.actor.has_ended() {
             let Some((time, event)) = self.queue.pop() else { break };
             debug_assert!(time >= self.now, "time goes on");
             self.now = time;
-            self.journal.now = self.journal.now.max(time);
-            self.journal.events += 1;
+            journal.now = journal.now.max(time);
+            journal.events += 1;
             match event {
-                Event::Arrive { packet } => self.arrive(packet),
+                Event::Arrive { packet } => self.arrive(journal, packet),
                 Event::Free { port } => {
                     self.links[usize::from(port)].awaited = false;
-                    self.transmit(Port(port));
-                    self.serve();
+                    self.transmit(journal, Port(port));
+                    self.serve(journal);
                 }
-                Event::Done => self.done(),
+                Event::Done => self.done(journal),
                 Event::Wake => self.wake(),
-                Event::Remind => self.remind(),
-                Event::Crash => self.crash(),
+                Event::Remind => self.remind(journal),
+                Event::Crash => self.crash(journal),
             }
             while std::mem::take(&mut self.runnable) {
-                self.step();
+                self.step(journal);
             }
         }
     }
@@ -132,11 +123,9 @@ impl<'m, A: Actor<'m>> Place<'m, A> {
 
     /// Closes its accounts.
     pub(crate) fn settle(&mut self, now: u64, journal: &mut Journal) {
-        std::mem::swap(&mut self.journal, journal);
         self.now = now;
-        self.cut_step();
-        self.close_rest();
-        std::mem::swap(&mut self.journal, journal);
+        self.cut_step(journal);
+        self.close_rest(journal);
     }
 
     /// What the buffers of a port held at most, and what they can hold.
@@ -153,7 +142,7 @@ impl<'m, A: Actor<'m>> Place<'m, A> {
         self.actor.router()
     }
 
-    fn arrive(&mut self, packet: u32) {
+    fn arrive(&mut self, journal: &mut Journal, packet: u32) {
         let here = self.here;
         let dead = self.state.phase == Phase::Dead;
         let router = self.actor.router();
@@ -173,11 +162,11 @@ impl<'m, A: Actor<'m>> Place<'m, A> {
         }
         if received == Received::Buffered && !passes {
             let seen = Sight::arriving(sender, here, payload);
-            self.journal.moments.extend(seen.map(|sight| (self.now, Moment::Seen(sight))));
+            journal.moments.extend(seen.map(|sight| (self.now, Moment::Seen(sight))));
         }
         if received != Received::Buffered || !passes {
             let packet = self.packets.take(packet);
-            self.journal.buffers.recycle(packet);
+            journal.buffers.recycle(packet);
         }
         self.note(1, u64::from(port.0), received as u64);
         match received {
@@ -192,11 +181,11 @@ impl<'m, A: Actor<'m>> Place<'m, A> {
             }
             Received::Bad => debug_assert!(false, "routers send good packets"),
         }
-        self.serve();
+        self.serve(journal);
     }
 
     /// Sends what can leave, and tells the actor of what it can consume.
-    fn serve(&mut self) {
+    fn serve(&mut self, journal: &mut Journal) {
         loop {
             let mut changed = self.router().take_changed();
             if changed == 0 {
@@ -206,7 +195,7 @@ impl<'m, A: Actor<'m>> Place<'m, A> {
                 let first = changed.trailing_zeros() as usize;
                 changed &= changed - 1;
                 for port in (first..self.links.len()).step_by(64) {
-                    self.transmit(Port(port as u16));
+                    self.transmit(journal, Port(port as u16));
                 }
             }
         }
@@ -217,8 +206,8 @@ impl<'m, A: Actor<'m>> Place<'m, A> {
     }
 
     /// Sends a packet if the link is free and there is one.
-    fn transmit(&mut self, port: Port) {
-        let Self { links, actor, packets, journal, now, here, .. } = self;
+    fn transmit(&mut self, journal: &mut Journal, port: Port) {
+        let Self { links, actor, packets, now, here, .. } = self;
         let link = &links[usize::from(port.0)];
         if link.awaited || link.to.is_none() {
             return;
@@ -228,7 +217,7 @@ impl<'m, A: Actor<'m>> Place<'m, A> {
             let packet = packets
                 .make(&mut journal.buffers, is_maker, |out| actor.router().transmit(port, out));
             if let Some(packet) = packet {
-                self.depart(port, packet);
+                self.depart(journal, port, packet);
             }
         }
         // It is called again when it is free, if there is something to send by then.
@@ -239,7 +228,7 @@ impl<'m, A: Actor<'m>> Place<'m, A> {
         }
     }
 
-    fn depart(&mut self, port: Port, packet: Packet) {
+    fn depart(&mut self, journal: &mut Journal, port: Port, packet: Packet) {
         let bytes = packet.bytes();
         let len = bytes.len();
         let (header, payload) = PacketHeader::split(bytes).expect("routers send good packets");
@@ -249,7 +238,7 @@ impl<'m, A: Actor<'m>> Place<'m, A> {
             let idle = matches!(self.state.phase, Phase::Idle(_));
             let step = if idle { self.state.since.saturating_sub(1) } else { self.now };
             let seen = Sight::leaving(header.from(), header.to(), step, payload);
-            self.journal.moments.extend(seen.map(|sight| (self.now, Moment::Seen(sight))));
+            journal.moments.extend(seen.map(|sight| (self.now, Moment::Seen(sight))));
         }
         if starts {
             self.has_room();
@@ -272,12 +261,12 @@ impl<'m, A: Actor<'m>> Place<'m, A> {
         link.bytes += len as u64;
         link.packets += u64::from(data);
         link.control_packets += u64::from(!data);
-        self.journal.spans.push(Span::Sent { at: self.now, bytes: len as u64 });
+        journal.spans.push(Span::Sent { at: self.now, bytes: len as u64 });
         let arrival = self.now + settings.link.travel(&header, len, to == header.to());
         let from = self.here;
         let departs = |arrival, packet| Departure { from, to, port: back, arrival, packet };
         if !faulty {
-            self.journal.departures.push(departs(arrival, packet));
+            journal.departures.push(departs(arrival, packet));
             return;
         }
         let fate = fault::fate(&settings.faults, settings.seed, number, of_link);
@@ -285,7 +274,7 @@ impl<'m, A: Actor<'m>> Place<'m, A> {
         if fate.doubled {
             self.faults.doubled += 1;
             let copy = departs(arrival + fate.delay + duration, packet.clone());
-            self.journal.departures.push(copy);
+            journal.departures.push(copy);
         }
         if fate.lost {
             self.faults.lost += 1;
@@ -296,7 +285,7 @@ impl<'m, A: Actor<'m>> Place<'m, A> {
             arrival = arrival.max(link.last_arrival);
             link.last_arrival = arrival;
         }
-        self.journal.departures.push(departs(arrival, packet));
+        journal.departures.push(departs(arrival, packet));
     }
 
     /// A packet of the actor has left.
@@ -331,11 +320,11 @@ impl<'m, A: Actor<'m>> Place<'m, A> {
     }
 
     /// An idle actor takes a step.
-    fn step(&mut self) {
+    fn step(&mut self, journal: &mut Journal) {
         if !matches!(self.state.phase, Phase::Idle(_)) {
             return;
         }
-        self.close_rest();
+        self.close_rest(journal);
         self.router().hold();
         let progress = self.actor.poll(Time(self.now));
         // What came to the front while it was at it, it has seen.
@@ -353,10 +342,10 @@ impl<'m, A: Actor<'m>> Place<'m, A> {
         let busy = time.busy();
         self.note(2, 0, busy);
         let (stored, pixels) = (self.actor.stored(), self.actor.pixels());
-        self.holds(stored);
+        self.holds(journal, stored);
         if self.pixels != pixels {
             self.pixels = pixels;
-            self.journal.moments.push((self.now, Moment::Pixels(pixels)));
+            journal.moments.push((self.now, Moment::Pixels(pixels)));
         }
         let state = &mut self.state;
         state.news = false;
@@ -367,25 +356,25 @@ impl<'m, A: Actor<'m>> Place<'m, A> {
         state.since = self.now;
         state.phase = Phase::Busy { then };
         if busy == 0 {
-            self.done();
+            self.done(journal);
         } else {
-            self.trace_step(&time);
+            self.trace_step(journal, &time);
             self.queue.push(self.now + busy, Event::Done);
-            self.serve();
+            self.serve(journal);
         }
     }
 
     /// It holds so many rays from now on.
-    fn holds(&mut self, rays: u32) {
+    fn holds(&mut self, journal: &mut Journal, rays: u32) {
         let more = i64::from(rays) - i64::from(self.state.stored);
         if more != 0 {
             self.state.stored = rays;
-            self.journal.moments.push((self.now, Moment::Stored(more)));
+            journal.moments.push((self.now, Moment::Stored(more)));
         }
     }
 
     /// The time for a step has passed.
-    fn done(&mut self) {
+    fn done(&mut self, journal: &mut Journal) {
         let state = &mut self.state;
         let Phase::Busy { then } = state.phase else { return };
         let (since, useful) = (state.since, state.step.useful());
@@ -393,9 +382,9 @@ impl<'m, A: Actor<'m>> Place<'m, A> {
         state.time += state.step;
         // Until something is found to go on with.
         state.phase = Phase::Idle(then.unwrap_or(Lack::Tiles));
-        self.was(Span::Busy { from: since, to: self.now, useful });
+        self.was(journal, Span::Busy { from: since, to: self.now, useful });
         self.router().release();
-        self.serve();
+        self.serve(journal);
         if then.is_none() || self.state.news || self.state.until <= self.now {
             self.wake_idle();
         } else {
@@ -404,50 +393,50 @@ impl<'m, A: Actor<'m>> Place<'m, A> {
     }
 
     /// Takes down what a node did; the host takes no time.
-    fn was(&mut self, span: Span) {
+    fn was(&mut self, journal: &mut Journal, span: Span) {
         if !self.is_host() {
-            self.journal.spans.push(span);
+            journal.spans.push(span);
         }
     }
 
     /// Enters the time that it has not worked.
-    fn close_rest(&mut self) {
+    fn close_rest(&mut self, journal: &mut Journal) {
         let (since, now) = (self.state.since, self.now);
         self.state.add_rest(now - since);
         if matches!(self.state.phase, Phase::Idle(lack) if lack != Lack::Tiles) {
-            self.was(Span::Waiting { from: since, to: now });
+            self.was(journal, Span::Waiting { from: since, to: now });
         }
         self.state.since = now;
     }
 
     /// Ends a step before its time has passed.
-    fn cut_step(&mut self) {
+    fn cut_step(&mut self, journal: &mut Journal) {
         let (since, now) = (self.state.since, self.now);
         if let Phase::Busy { .. } = self.state.phase {
             self.state.time += self.state.step.first(now - since);
             let useful = self.state.step.useful();
-            self.was(Span::Busy { from: since, to: now, useful });
+            self.was(journal, Span::Busy { from: since, to: now, useful });
             self.state.since = now;
             self.state.phase = Phase::Idle(Lack::Tiles);
         }
     }
 
-    fn crash(&mut self) {
+    fn crash(&mut self, journal: &mut Journal) {
         if self.state.phase == Phase::Dead {
             return;
         }
-        self.cut_step();
-        self.close_rest();
+        self.cut_step(journal);
+        self.close_rest(journal);
         self.state.phase = Phase::Dead;
         self.state.since = self.now;
-        self.holds(0);
+        self.holds(journal, 0);
         let here = self.here;
         self.faults.crashes.push(CrashReport { node: here.0, at_ns: self.now });
         let router = self.router();
         router.discard();
         let dropped = router.forget(here);
         self.faults.for_the_dead += u64::from(dropped);
-        self.serve();
+        self.serve(journal);
     }
 
     fn plan_reminder(&mut self) {
@@ -461,20 +450,20 @@ impl<'m, A: Actor<'m>> Place<'m, A> {
         }
     }
 
-    fn remind(&mut self) {
+    fn remind(&mut self, journal: &mut Journal) {
         self.state.reminded = false;
         self.state.reminders = (self.state.reminders + 1).min(REMINDERS_MAX);
         if self.router().remind() {
             self.plan_reminder();
-            self.serve();
+            self.serve(journal);
         }
     }
 
-    fn trace_step(&mut self, time: &NodeTime) {
+    fn trace_step(&mut self, journal: &mut Journal, time: &NodeTime) {
         if self.settings.trace > 0 && !self.is_host() {
             let parts = time.parts();
             let most = parts.iter().max_by_key(|part| part.1);
-            self.journal.trace.push(TraceEvent {
+            journal.trace.push(TraceEvent {
                 name: most.map_or("", |part| part.0),
                 node: self.here.0,
                 start_ns: self.now,

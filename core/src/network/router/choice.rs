@@ -18,7 +18,7 @@ impl Router<'_> {
         let has_credit = |queue, fifo: &Fifo| {
             state.senders.get(lane(queue, fifo).index()).is_some_and(|s| s.available() > 0)
         };
-        let queue = self.most_urgent(port.0, state.turn, |queue, fifo| {
+        let queue = self.most_urgent((port.0, state.waiting), state.turn, |queue, fifo| {
             has_credit(queue, fifo) && !self.is_held(queue)
         })?;
         Some(Sent { queue, lane: lane(queue, self.memory.fifos.get(queue)?) })
@@ -29,13 +29,14 @@ impl Router<'_> {
             return None;
         }
         let turn = self.turns.get(channel as usize).copied().unwrap_or_default();
-        self.most_urgent(ARRIVED, turn, |queue, _| self.carries(queue, channel))
+        let heads = (ARRIVED, self.arrived);
+        self.most_urgent(heads, turn, |queue, _| self.carries(queue, channel))
     }
 
-    /// Of the queues whose heads go there the one with the most urgent head; among equals the first from that whose turn it is.
+    /// Of the queues whose heads go there, so many in all, the one with the most urgent head; among equals the first from that whose turn it is.
     fn most_urgent(
         &self,
-        port: u16,
+        (port, mut heads): (u16, u16),
         turn: u16,
         is_one: impl Fn(usize, &Fifo) -> bool,
     ) -> Option<usize> {
@@ -48,6 +49,10 @@ impl Router<'_> {
             let order = (fifo.priority, queue < usize::from(turn), queue);
             if best.is_none_or(|best| order < best) && is_one(queue, fifo) {
                 best = Some(order);
+            }
+            heads = heads.saturating_sub(1);
+            if heads == 0 {
+                break;
             }
         }
         best.map(|(.., queue)| queue)
