@@ -205,14 +205,14 @@ impl Group {
 }
 
 impl Kind {
-    /// How many there are.
-    pub(super) const COUNT: usize = 24;
+    /// How many there are, with those that no ray is of.
+    pub(super) const COUNT: usize = 32;
 
     /// That of a ray of these signs, as in [`PreparedRay`].
     #[inline(always)]
     #[must_use]
     pub const fn new(signs: u8, axis: u8) -> Self {
-        Self(3 * (signs & 7) + if axis < 2 { axis } else { 2 })
+        Self((signs & 7) << 2 | if axis < 2 { axis } else { 2 })
     }
 
     /// That of a ray, whatever it is.
@@ -232,14 +232,14 @@ impl Kind {
     #[inline(always)]
     #[must_use]
     pub const fn signs(self) -> u8 {
-        self.0 / 3
+        self.0 >> 2
     }
 
     /// As in [`PreparedRay`].
     #[inline(always)]
     #[must_use]
     pub const fn axis(self) -> u8 {
-        self.0 % 3
+        self.0 & 3
     }
 }
 

@@ -207,8 +207,8 @@ impl<const GROUPS: usize> Stream<GROUPS> {
         let mut begin = 0;
         // A search before may have ended with an error.
         (self.used, self.levels[0].count) = (0, 0);
-        for (&end, kind) in ends.iter().zip(0_u8..) {
-            let kind = Kind::new(kind / 3, kind % 3);
+        for (&end, number) in ends.iter().zip(0_u8..) {
+            let kind = Kind::new(number >> 2, number & 3);
             let (mut from, to) = (usize::from(begin), usize::from(end));
             begin = end;
             while from < to {
@@ -235,7 +235,8 @@ impl<const GROUPS: usize> Stream<GROUPS> {
                     self.coherent(flow, kind.signs(), first, count..count + taken)?;
                 }
             }
-            if kind.axis() == 2 {
+            // The last of these signs.
+            if number & 3 == 3 {
                 self.flush(flow, single, kind.signs())?;
             }
         }

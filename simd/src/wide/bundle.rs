@@ -176,8 +176,9 @@ pub(super) unsafe fn boxes(
         let (fx, fy, fz) = (load(fx), load(fy), load(fz));
         let mut all = 0_u64;
         let mut left = count;
-        for (ids, met) in list.iter().zip(met).take(count.div_ceil(GROUP)) {
-            let mut ids = u64::from_le_bytes(*ids);
+        let chunks = count.div_ceil(GROUP).min(list.len()).min(met.len());
+        for chunk in 0..chunks {
+            let mut ids = u64::from_le_bytes(*list.get_unchecked(chunk));
             // One number, not eight: it is read as one.
             let mut masks = 0_u64;
             let here = left.min(GROUP);
@@ -201,7 +202,7 @@ pub(super) unsafe fn boxes(
                 masks |= mask << (8 * k);
             }
             left -= here;
-            *met = masks.to_le_bytes();
+            *met.get_unchecked_mut(chunk) = masks.to_le_bytes();
             all |= masks;
         }
         all |= all >> 32;
@@ -243,15 +244,15 @@ pub(super) unsafe fn select(
     to: &mut [Octet],
 ) -> usize {
     let bits = 0x0101_0101_0101_0101 << (slot & 7);
-    let chunks = count.div_ceil(GROUP).min(to.len());
+    let chunks = count.div_ceil(GROUP).min(to.len()).min(list.len()).min(met.len());
     let to = to.as_flattened_mut().as_mut_ptr();
     let mut end = 0;
-    for (ids, met) in list.iter().zip(met).take(chunks) {
-        // SAFETY: by the caller. `to` has as many chunks as are read, and before this one no more was put down than was read: eight bytes fit in.
+    for chunk in 0..chunks {
+        // SAFETY: by the caller. All have so many chunks. `to` has as many chunks as are read, and before this one no more was put down than was read: eight bytes fit in.
         unsafe {
             // Behind the list no bit is set.
-            let here = _pext_u64(u64::from_le_bytes(*met), bits);
-            let ids = _mm_loadl_epi64(ids.as_ptr().cast());
+            let here = _pext_u64(u64::from_le_bytes(*met.get_unchecked(chunk)), bits);
+            let ids = _mm_loadl_epi64(list.get_unchecked(chunk).as_ptr().cast());
             let from = _mm_loadl_epi64(FIRST[here as usize & 255].as_ptr().cast());
             _mm_storel_epi64(to.add(end).cast(), _mm_shuffle_epi8(ids, from));
             end += here.count_ones() as usize;

@@ -157,37 +157,37 @@ pub(super) unsafe fn quad_of(
     out: &mut Crossings,
 ) -> Verdict {
     let lane = lane & 7;
-    let [kx, ky, kz] = AXES[usize::from(kind.axis())];
-    // SAFETY: by the caller; a lane is one of eight, loads are of whole arrays.
+    let [kx, ky, kz] = AXES[usize::from(kind.axis() & 3)];
+    // SAFETY: by the caller; a lane is one of eight, an axis one of three, loads are of whole arrays.
     unsafe {
         let at = |row: &Row| *row.get_unchecked(lane);
         let origin = [at(&group.sheared[0]), at(&group.sheared[1]), at(&group.sheared[2]), 0.0];
         let shear = [at(&group.shear[0]), at(&group.shear[1]), at(&group.shear[2])];
-        let inv = [at(&group.inv[kx]), at(&group.inv[ky]), at(&group.inv[kz]), 0.0];
+        let inv = |k: usize| at(group.inv.get_unchecked(k));
+        let inv = [inv(kx), inv(ky), inv(kz), 0.0];
         let ray =
             Along { origin, shear, inv, t_min: at(&group.t_min), permute: _mm_setzero_si128() };
         let set = |x: f32| _mm256_set1_ps(x);
-        let long = |k: usize| _mm256_load_ps(quad.v01[k].as_ptr());
-        let x = _mm256_sub_ps(long(kx), set(origin[0]));
-        let y = _mm256_sub_ps(long(ky), set(origin[1]));
-        let z = _mm256_sub_ps(long(kz), set(origin[2]));
+        let [ox, oy, oz] = [set(origin[0]), set(origin[1]), set(origin[2])];
+        let [sx, sy] = [set(shear[0]), set(shear[1])];
+        let long = |k: usize| _mm256_load_ps(quad.v01.get_unchecked(k).as_ptr());
+        let (x, y) = (_mm256_sub_ps(long(kx), ox), _mm256_sub_ps(long(ky), oy));
+        let z = _mm256_sub_ps(long(kz), oz);
         let from01 = [x, y, z];
-        let x01 = _mm256_sub_ps(x, _mm256_mul_ps(set(shear[0]), z));
-        let y01 = _mm256_sub_ps(y, _mm256_mul_ps(set(shear[1]), z));
-        let set = |x: f32| _mm_set1_ps(x);
-        let short = |k: usize| _mm_load_ps(quad.v2[k].as_ptr());
-        let x = _mm_sub_ps(short(kx), set(origin[0]));
-        let y = _mm_sub_ps(short(ky), set(origin[1]));
-        let z = _mm_sub_ps(short(kz), set(origin[2]));
-        let x2 = _mm_sub_ps(x, _mm_mul_ps(set(shear[0]), z));
-        let y2 = _mm_sub_ps(y, _mm_mul_ps(set(shear[1]), z));
+        let x01 = _mm256_sub_ps(x, _mm256_mul_ps(sx, z));
+        let y01 = _mm256_sub_ps(y, _mm256_mul_ps(sy, z));
+        let short = |k: usize| _mm_load_ps(quad.v2.get_unchecked(k).as_ptr());
+        let (x, y) = (_mm_sub_ps(short(kx), low(ox)), _mm_sub_ps(short(ky), low(oy)));
+        let z = _mm_sub_ps(short(kz), low(oz));
+        let x2 = _mm_sub_ps(x, _mm_mul_ps(low(sx), z));
+        let y2 = _mm_sub_ps(y, _mm_mul_ps(low(sy), z));
         let sheared = Sheared { from01, from2: [x, y, z], x01, y01, x2, y2 };
         hits(&ray, &sheared, || quad.used, at(&group.t_max), out)
     }
 }
 
-/// `kx, ky, kz` by `kz`.
-static AXES: [[usize; 3]; 3] = [[1, 2, 0], [2, 0, 1], [0, 1, 2]];
+/// `kx, ky, kz` by `kz`, which is below 3: the last are there so that nobody has to ask.
+static AXES: [[usize; 3]; 4] = [[1, 2, 0], [2, 0, 1], [0, 1, 2], [0, 1, 2]];
 
 /// `Lanes::quad`.
 ///
@@ -229,7 +229,7 @@ pub(super) unsafe fn quad(vertices: Vertices<'_>, record: &Record, to: &mut Quad
         _mm_store_ps(to.v2[0].as_mut_ptr(), _mm_movelh_ps(xy01, xy23));
         _mm_store_ps(to.v2[1].as_mut_ptr(), _mm_movehl_ps(xy23, xy01));
         _mm_store_ps(to.v2[2].as_mut_ptr(), _mm_movelh_ps(z01, z23));
-        to.used = used(record);
+        to.used = used_of(bytes);
         true
     }
 }
@@ -344,6 +344,20 @@ fn used(record: &Record) -> u32 {
     let place = |[a, b, c]: [u8; 3]| u32::from((a != b) | (b != c));
     let [t0, t1, t2, t3] = record.index.map(place);
     t0 | t1 << 1 | t2 << 2 | t3 << 3
+}
+
+/// The same of a record in a register: of a place without a triangle three bytes are alike.
+///
+/// # Safety
+/// The machine has SSE2 and BMI2.
+#[inline(always)]
+unsafe fn used_of(bytes: __m128i) -> u32 {
+    // SAFETY: by the caller.
+    unsafe {
+        let next = _mm_srli_si128::<1>(bytes);
+        let alike = _mm_movemask_epi8(_mm_cmpeq_epi8(bytes, next)) as u32;
+        _pext_u32(!(alike & alike >> 1), 0b001_001_001_001)
+    }
 }
 
 /// Step 1 for twelve vertices; `z` is not yet multiplied. `None` if one does not exist.
