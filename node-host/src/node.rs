@@ -17,6 +17,10 @@ use crate::{Config, Error, Job, Network, NodeReport, Place, ProcessMemory, drive
 
 /// A host that is gone may have said before that the run is over: that is on its way for so long at most.
 const LAST_WORDS: Duration = Duration::from_millis(500);
+/// The host leaves when it has the reports of all nodes, or has waited for them in vain: no later than this.
+const HOST_LEAVES: Duration = Duration::from_secs(3);
+/// How long nothing is looked at.
+const LOOK: Duration = Duration::from_millis(25);
 
 /// A node's life: it takes its place in the network, works until the host says that it is over, and reports.
 ///
@@ -94,6 +98,11 @@ pub fn run_node(config: &Config, node: u16, incarnation: u32, is_tied: bool) -> 
         };
         let report = serde_json::to_vec(&report).map_err(|e| Error::Network(e.to_string()))?;
         network.report(report)?;
+        // Who leaves takes along what has not arrived: QUIC sends nothing of a connection that was closed.
+        let said = Instant::now();
+        while network.there(Place::HOST).is_some() && said.elapsed() < HOST_LEAVES {
+            network.wait_for_news(LOOK);
+        }
     }
     network.close();
     Ok(())

@@ -2,6 +2,8 @@
 
 use std::fs;
 use std::path::Path;
+use std::thread;
+use std::time::Duration;
 
 use rcgen::{BasicConstraints, CertificateParams, IsCa, Issuer, KeyPair, KeyUsagePurpose};
 use serde_json::json;
@@ -10,7 +12,7 @@ use zenoh::Wait;
 
 use super::mesh::{reference, scene};
 use super::strangers::{mesh, render};
-use crate::{Error, Identity, Job, Network, Place, TlsConfig};
+use crate::{Error, Identity, Job, Network, Place, TlsConfig, run_node};
 
 /// Signs certificates.
 struct Authority {
@@ -56,6 +58,36 @@ fn a_mesh_over_quic_renders_the_same_bits() {
     let outcome = render(&config, &file, &|_| {}).expect("a picture");
     assert!(outcome.picture.pixels == reference(&file, &job));
     assert_eq!(outcome.nodes.len(), 3);
+}
+
+#[test]
+fn a_node_stays_until_the_host_has_heard_its_report() {
+    const LOOK: Duration = Duration::from_millis(20);
+    let folder = TempDir::new().expect("a directory");
+    let file = scene("cornell");
+    let mut config = mesh(&folder, &file, "quic", 1);
+    config.tls = Some(Authority::new().sign(folder.path(), "all"));
+    let job = Job::new(&config, &file.view()).expect("a job");
+    let place = job.nodes().next().expect("a node");
+    thread::scope(|scope| {
+        let node = scope.spawn(|| run_node(&config, 0, 7, false));
+        let own = job.identity(&file.view(), Place::HOST, Identity::any_incarnation());
+        let mut host = Network::open(&config, &job, own).expect("it connects");
+        while host.there(place).is_none() && !node.is_finished() {
+            host.wait_for_news(LOOK);
+        }
+        while host.take_reports().is_empty() && !node.is_finished() {
+            // It may not have heard yet who the host is.
+            host.say_over().expect("it is said");
+            host.wait_for_news(LOOK);
+        }
+        for _ in 0..10 {
+            host.wait_for_news(LOOK);
+        }
+        assert!(host.there(place).is_some(), "it has left before the host");
+        host.close();
+        node.join().expect("no panic").expect("it ends well");
+    });
 }
 
 #[test]
