@@ -19,8 +19,6 @@ use crate::{Config, Error, Job, Network, NodeReport, Place, ProcessMemory, drive
 const LAST_WORDS: Duration = Duration::from_millis(500);
 /// The host leaves when it has the reports of all nodes, or has waited for them in vain: no later than this.
 const HOST_LEAVES: Duration = Duration::from_secs(3);
-/// How long nothing is looked at.
-const LOOK: Duration = Duration::from_millis(25);
 
 /// A node's life: it takes its place in the network, works until the host says that it is over, and reports.
 ///
@@ -100,8 +98,10 @@ pub fn run_node(config: &Config, node: u16, incarnation: u32, is_tied: bool) -> 
         network.report(report)?;
         // Who leaves takes along what has not arrived: QUIC sends nothing of a connection that was closed.
         let said = Instant::now();
-        while network.there(Place::HOST).is_some() && said.elapsed() < HOST_LEAVES {
-            network.wait_for_news(LOOK);
+        while network.there(Place::HOST).is_some()
+            && let Some(rest) = HOST_LEAVES.checked_sub(said.elapsed())
+        {
+            network.wait_for_news(rest);
         }
     }
     network.close();

@@ -149,7 +149,8 @@ impl<T: Tracer, C: Scratch> Picture<'_, T, C> {
                         None => continue,
                     }
                 }
-                (*next, *made, *first, *ahead) = (0, 0, 0, ShadowRays::NONE);
+                (*next, *made, *first) = (0, 0, 0);
+                ahead.clear();
             }
             if !self.next_bundle(point, lights, counts) {
                 return None;

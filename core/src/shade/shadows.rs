@@ -47,13 +47,18 @@ impl ShadowRays {
         self.len == 0
     }
 
+    /// Forgets them.
+    pub const fn clear(&mut self) {
+        (self.len, self.lit) = (0, 0);
+    }
+
     /// Those whose light counts.
     pub fn lit(&self) -> impl Iterator<Item = &ShadowRay> {
-        let mut lit = self.lit;
+        let mut at = 0;
         core::iter::from_fn(move || {
-            let at = (lit != 0).then(|| lit.trailing_zeros())?;
-            lit &= lit - 1;
-            self.rays.get(at as usize)
+            let (place, ray) = self.next(at)?;
+            at = place.wrapping_add(1);
+            Some(ray)
         })
     }
 

@@ -170,7 +170,7 @@ pub(super) unsafe fn boxes(
 ) -> u8 {
     let [nx, ny, nz] = near;
     let [fx, fy, fz] = far;
-    // SAFETY: by the caller; loads are of whole rows, and of lanes of groups that are there.
+    // SAFETY: by the caller; loads are of whole rows, of lanes of groups that are there, and of chunks that both lists have.
     unsafe {
         let (nx, ny, nz) = (load(nx), load(ny), load(nz));
         let (fx, fy, fz) = (load(fx), load(fy), load(fz));
@@ -248,7 +248,7 @@ pub(super) unsafe fn select(
     let to = to.as_flattened_mut().as_mut_ptr();
     let mut end = 0;
     for chunk in 0..chunks {
-        // SAFETY: by the caller. All have so many chunks. `to` has as many chunks as are read, and before this one no more was put down than was read: eight bytes fit in.
+        // SAFETY: by the caller. All have so many chunks, and before this one no more was put down than was read: eight bytes fit in.
         unsafe {
             // Behind the list no bit is set.
             let here = _pext_u64(u64::from_le_bytes(*met.get_unchecked(chunk)), bits);

@@ -100,7 +100,13 @@ pub(super) unsafe fn record(
         else {
             return Verdict { accepted: 0, doubtful: 0b1111 };
         };
-        hits(ray, &Sheared { from01, from2, x01, y01, x2, y2 }, || used(record), t_max, out)
+        hits(
+            ray,
+            &Sheared { from01, from2, x01, y01, x2, y2 },
+            || used(_mm_loadu_si128(core::ptr::from_ref(record).cast())),
+            t_max,
+            out,
+        )
     }
 }
 
@@ -157,7 +163,7 @@ pub(super) unsafe fn quad_of(
     out: &mut Crossings,
 ) -> Verdict {
     let lane = lane & 7;
-    let [kx, ky, kz] = AXES[usize::from(kind.axis() & 3)];
+    let [kx, ky, kz] = AXES[usize::from(kind.axis())];
     // SAFETY: by the caller; a lane is one of eight, an axis one of three, loads are of whole arrays.
     unsafe {
         let at = |row: &Row| *row.get_unchecked(lane);
@@ -229,7 +235,7 @@ pub(super) unsafe fn quad(vertices: Vertices<'_>, record: &Record, to: &mut Quad
         _mm_store_ps(to.v2[0].as_mut_ptr(), _mm_movelh_ps(xy01, xy23));
         _mm_store_ps(to.v2[1].as_mut_ptr(), _mm_movehl_ps(xy23, xy01));
         _mm_store_ps(to.v2[2].as_mut_ptr(), _mm_movelh_ps(z01, z23));
-        to.used = used_of(bytes);
+        to.used = used(bytes);
         true
     }
 }
@@ -338,20 +344,12 @@ unsafe fn crossed(
     }
 }
 
-/// The places of a record that hold a triangle.
-#[inline(always)]
-fn used(record: &Record) -> u32 {
-    let place = |[a, b, c]: [u8; 3]| u32::from((a != b) | (b != c));
-    let [t0, t1, t2, t3] = record.index.map(place);
-    t0 | t1 << 1 | t2 << 2 | t3 << 3
-}
-
-/// The same of a record in a register: of a place without a triangle three bytes are alike.
+/// The places of a record that hold a triangle: of one without, three bytes are alike.
 ///
 /// # Safety
 /// The machine has SSE2 and BMI2.
 #[inline(always)]
-unsafe fn used_of(bytes: __m128i) -> u32 {
+unsafe fn used(bytes: __m128i) -> u32 {
     // SAFETY: by the caller.
     unsafe {
         let next = _mm_srli_si128::<1>(bytes);
