@@ -90,8 +90,20 @@ impl Sequence {
     #[inline(always)]
     #[must_use]
     pub fn middles<B: Bits>(self, index: B, fine: u32) -> [B::Real; 2] {
-        B::Real::apart(Points { sequence: self, index, half: 0x8000_0000_u32.wrapping_shr(fine) })
+        let seeds = self.seeds().map(|seed| index.same(seed));
+        B::Real::apart(Points { seeds, index, half: 0x8000_0000_u32.wrapping_shr(fine) })
     }
+
+    /// What it is: see [`points_of`].
+    pub(crate) const fn seeds(self) -> [u32; 3] {
+        [self.shuffle, self.x, self.y]
+    }
+}
+
+/// [`Sequence::points`] of a sequence of its own in each lane.
+#[inline(always)]
+pub(crate) fn points_of<B: Bits>(seeds: [B; 3], index: B) -> [B::Real; 2] {
+    B::Real::apart(Points { seeds, index, half: 0x8000_0000_u32.wrapping_shr(FINEST) })
 }
 
 /// Columns and rows of a power of two as great are narrower than numbers have digits: all points are in their middles.
@@ -99,7 +111,8 @@ const FINEST: u32 = 31;
 
 /// [`Sequence::middles`].
 struct Points<B> {
-    sequence: Sequence,
+    /// To shuffle, and of both numbers.
+    seeds: [B; 3],
     index: B,
     /// Half a column, in parts of 2³².
     half: u32,
@@ -110,7 +123,7 @@ impl<B: Bits> Part for Points<B> {
 
     #[inline(always)]
     fn run(self) -> Self::Result {
-        let Self { sequence: Sequence { shuffle, x, y }, index, half } = self;
+        let Self { seeds: [shuffle, x, y], index, half } = self;
         let index = owen(index.reversed(), shuffle).reversed();
         let (x, y) = (owen(index, x).reversed(), owen(pascal(index), y).reversed());
         [unit(middle(x, half)), unit(middle(y, half))]
@@ -136,9 +149,9 @@ fn pascal<B: Bits>(i: B) -> B {
 
 /// Owen's scramble of a number whose bits are reversed: each bit is flipped by a hash of those below it.
 #[inline(always)]
-fn owen<B: Bits>(x: B, seed: u32) -> B {
+fn owen<B: Bits>(x: B, seed: B) -> B {
     let x = x ^ x.times(0x3d20_adea);
-    let x = x.plus(seed).times(seed >> 16 | 1);
+    let x = x.sum(seed).product(seed >> 16 | 1);
     let x = x ^ x.times(0x0552_6c56);
     x ^ x.times(0x53a2_2864)
 }

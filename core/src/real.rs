@@ -127,6 +127,7 @@ pub trait Bits:
     Copy
     + BitXor<Output = Self>
     + BitAnd<u32, Output = Self>
+    + BitOr<u32, Output = Self>
     + BitXor<u32, Output = Self>
     + Shl<u32, Output = Self>
     + Shr<u32, Output = Self>
@@ -136,6 +137,15 @@ pub trait Bits:
     /// An answer in each lane.
     type Mask: Mask;
 
+    /// `x` in all lanes.
+    #[must_use]
+    fn same(self, x: u32) -> Self;
+    /// The sum of both.
+    #[must_use]
+    fn sum(self, other: Self) -> Self;
+    /// The product of both.
+    #[must_use]
+    fn product(self, other: Self) -> Self;
     /// The sum with a number.
     #[must_use]
     fn plus(self, x: u32) -> Self;
@@ -232,6 +242,21 @@ impl Real for f32 {
 impl Bits for u32 {
     type Real = f32;
     type Mask = bool;
+
+    #[inline(always)]
+    fn same(self, x: u32) -> Self {
+        x
+    }
+
+    #[inline(always)]
+    fn sum(self, other: Self) -> Self {
+        self.wrapping_add(other)
+    }
+
+    #[inline(always)]
+    fn product(self, other: Self) -> Self {
+        self.wrapping_mul(other)
+    }
 
     #[inline(always)]
     fn plus(self, x: u32) -> Self {

@@ -12,7 +12,7 @@ use core::marker::PhantomData;
 use kiloray_core::block::format::{BlockHeader, Node, Record};
 use kiloray_core::block::{ExpandedNode, Vertices};
 use kiloray_core::geometry::{self, PreparedRay};
-use kiloray_core::real::Part;
+use kiloray_core::real::{LANES, Part};
 use kiloray_core::trace::{
     Beam, Crossings, Filled, Group, Kind, Lanes, Met, Octet, Places, Quad, Row, Turn, Verdict,
 };
@@ -56,6 +56,18 @@ impl<P: PutDown> Lanes for Wide<P> {
     type Frame = Frame;
     type Ray = Ray;
     type Real = Eight;
+
+    #[inline(always)]
+    fn read(self, row: &[f32; LANES], _: usize) -> Eight {
+        // SAFETY: a value of Wide exists, so the machine has AVX2.
+        unsafe { Eight::read(row) }
+    }
+
+    #[inline(always)]
+    fn read_whole(self, row: &[u32; LANES], _: usize) -> Whole {
+        // SAFETY: as above.
+        unsafe { Whole::read(row) }
+    }
 
     #[inline(always)]
     fn count_from(self, first: u32) -> Whole {

@@ -192,12 +192,11 @@ fn on_triangle(vertices: [Vec3; 3], b1: f32, b2: f32) -> SurfacePoint {
 /// than 2⁻²⁹ of its length wide is a line to the test, and any normal of the line will do.
 #[cfg_attr(feature = "bundles", inline(always))]
 fn triangle_normal(e1: DVec3, e2: DVec3) -> DVec3 {
-    let e3 = e2 - e1;
-    let longest = [e2, e3].into_iter().fold(e1, |longest, e| {
-        if e.length_squared() > longest.length_squared() { e } else { longest }
-    });
+    let edges = [e1, e2, e2 - e1].map(|e| (e, e.length_squared()));
     let product = e1.cross(e2);
-    let square = longest.length_squared();
+    // Which edge it is nobody can foretell: the length alone takes no branch.
+    let [(_, a), (_, b), (_, c)] = edges;
+    let square = longer(longer(a, b), c);
     // The product is off by 2⁻⁵¹ of the square of the length at most: its direction by less than 10⁻¹².
     let is_sliver = product.length_squared() < SLIVER * SLIVER * (square * square);
     let normal = unit(product);
@@ -206,11 +205,18 @@ fn triangle_normal(e1: DVec3, e2: DVec3) -> DVec3 {
     {
         return normal;
     }
-    let Some(along) = unit(longest) else { return DVec3::Z };
+    let longest = edges.into_iter().find(|&(_, square_of_edge)| square_of_edge == square);
+    let Some(along) = longest.and_then(|(e, _)| unit(e)) else { return DVec3::Z };
     let n = normal.unwrap_or(along);
     unit(n - along * n.dot(along))
         .filter(|n| n.dot(along).abs() < 1e-12)
         .unwrap_or_else(|| along.any_orthonormal_vector())
+}
+
+/// The greater of two lengths, the first if there is none.
+#[inline(always)]
+fn longer(a: f64, b: f64) -> f64 {
+    if b > a { b } else { a }
 }
 
 /// A triangle whose height is less than this part of its longest edge is a sliver.

@@ -1,5 +1,7 @@
 use super::distant::Cap;
 use super::flat::Flat;
+#[cfg(feature = "bundles")]
+use super::lamp::Lamp;
 use super::sphere::Ball;
 use crate::geometry::rounding::UNIT_ROUNDOFF;
 use crate::material::Surface;
@@ -64,6 +66,19 @@ pub struct Sample<R: Real = f32> {
 /// Distance by which a shadow ray ends before the light, in parts of all lengths concerned: the clearance that
 /// [`SurfacePoint::spawn_to`](crate::geometry::SurfacePoint::spawn_to) derives, 160 u, and the rounding of the point itself.
 const CLEARANCE: f32 = 176.0 * UNIT_ROUNDOFF;
+
+/// Where a shadow ray ends, just before the light.
+#[inline(always)]
+pub(super) fn before<R: Real>(
+    from: Vector<R>,
+    direction: Vector<R>,
+    distance: R,
+    normal: Vector<R>,
+    size: R,
+) -> Vector<R> {
+    let off = (distance + size) * CLEARANCE;
+    direction * distance + from + normal * off
+}
 
 /// Whether a surface takes light from something within this radius of a centre at this height above it and this distance.
 #[inline(always)]
@@ -236,9 +251,18 @@ impl Aim {
         if self.cone_cos > -1.0 {
             is_lit = is_lit & !like.same(self.cone_cos).above(-direction.on(self.cone));
         }
-        let off = (distance + size) * CLEARANCE;
-        let end = direction * distance + self.from + normal * off;
+        let from = Vector::same(like, self.from);
+        let end = before(from, direction, distance, normal, like.same(size));
         Sample { direction, end: Some(end), distance, inverse, density, is_lit }
+    }
+
+    /// As one of many that are sampled together, if it is.
+    #[cfg(feature = "bundles")]
+    pub(crate) fn lamp(&self) -> Option<Lamp> {
+        match &self.shape {
+            Shape::Flat(flat) if self.cone_cos <= -1.0 => flat.lamp(),
+            _ => None,
+        }
     }
 
     /// The density [1/sr] by which light sampling counts, against that of a ray that found `light` by itself, at

@@ -1,5 +1,7 @@
 use super::aim::{Aim, Dark, takes};
 use super::ellipse::Ellipse;
+#[cfg(feature = "bundles")]
+use super::lamp::Lamp;
 use super::projected::Polygon;
 use super::rectangle::Rectangle;
 use super::triangle::SphericalTriangle;
@@ -185,17 +187,24 @@ impl Flat {
                 (self.along(triangle.sample(numbers)), Some(like.same(triangle.solid_angle)))
             }
         };
-        let square = to.dot(to);
-        let distance = square.sqrt();
-        // The height is the same for all points of the plane: more exact than the product of direction and normal.
-        let by_area = like.same(self.area * self.height) / (square * distance);
-        let density = like.same(1.0) / by_area;
-        let inverse = match inverse {
-            Some(inverse) => inverse,
-            None => by_area,
-        };
-        let is_there = by_area.is_positive() & density.is_positive();
-        Found { direction: to / distance, distance, inverse, density, is_there }
+        Found::by_area(to, like.same(self.area * self.height), inverse)
+    }
+
+    /// As one of many, if it is.
+    #[cfg(feature = "bundles")]
+    pub(super) fn lamp(&self) -> Option<Lamp> {
+        let Self { kind, position, u, v, normal, area, height, size, near, .. } = *self;
+        let is_plain = near == Near::No && kind != LightKind::Disc;
+        let is_triangle = kind == LightKind::Triangle;
+        is_plain.then_some(Lamp {
+            position,
+            u,
+            v,
+            normal,
+            strength: area * height,
+            size,
+            is_triangle,
+        })
     }
 
     /// The integral of the cosine over all of it, if it is wholly above the surface and has corners.
@@ -231,16 +240,37 @@ impl Flat {
     #[inline(always)]
     fn on_shape<R: Real>(&self, [a, b]: [R; 2]) -> Vector<R> {
         let (x, y) = match self.kind {
-            LightKind::Triangle => {
-                // Continuous, with the evenness of the square kept along both axes (Turk 1990).
-                let root = a.sqrt();
-                (root * b.complement(), root * b)
-            }
+            LightKind::Triangle => corner([a, b]),
             LightKind::Disc => concentric(a, b),
             _ => (a, b),
         };
         Vector::along(self.u, x) + Vector::along(self.v, y)
     }
+}
+
+impl<R: Real> Found<R> {
+    /// The point at `to`, of a shape whose area times the height of who looks is `strength`; by its area, unless one over the density is known.
+    #[inline(always)]
+    pub(super) fn by_area(to: Vector<R>, strength: R, inverse: Option<R>) -> Self {
+        let square = to.dot(to);
+        let distance = square.sqrt();
+        // The height is the same for all points of the plane: more exact than the product of direction and normal.
+        let by_area = strength / (square * distance);
+        let density = distance.same(1.0) / by_area;
+        let inverse = match inverse {
+            Some(inverse) => inverse,
+            None => by_area,
+        };
+        let is_there = by_area.is_positive() & density.is_positive();
+        Self { direction: to / distance, distance, inverse, density, is_there }
+    }
+}
+
+/// From the unit square to the triangle below its diagonal: continuous, with the evenness of the square kept along both axes (Turk 1990).
+#[inline(always)]
+pub(super) fn corner<R: Real>([a, b]: [R; 2]) -> (R, R) {
+    let root = a.sqrt();
+    (root * b.complement(), root * b)
 }
 
 /// Unit normal and area.

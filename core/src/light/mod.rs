@@ -19,6 +19,8 @@ mod aim;
 mod distant;
 mod ellipse;
 mod flat;
+#[cfg(feature = "bundles")]
+mod lamp;
 mod locate;
 mod projected;
 mod rectangle;
@@ -26,3 +28,5 @@ mod sphere;
 mod triangle;
 
 pub use aim::{Aim, Dark, Sample};
+#[cfg(feature = "bundles")]
+pub(crate) use lamp::Lamps;

@@ -175,6 +175,13 @@ impl Bsdf {
     }
 }
 
+/// What [`Bsdf::evaluate`] says of a flat surface that only reflects diffusely, another one in each lane, for light from so far above.
+#[cfg(feature = "bundles")]
+#[inline(always)]
+pub(crate) fn lambert<R: Real>(diffuse: Vector<R>, above: R) -> Vector<R> {
+    diffuse * (above.at_least(0.0) * FRAC_1_PI)
+}
+
 /// One of two vectors by lane.
 #[inline(always)]
 fn of_side<R: Real>(front: R::Mask, one: Vec3, other: Vec3, like: R) -> Vector<R> {

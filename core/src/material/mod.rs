@@ -13,6 +13,8 @@ mod ward;
 
 #[cfg(feature = "specular")]
 pub use bsdf::Gloss;
+#[cfg(feature = "bundles")]
+pub(crate) use bsdf::lambert;
 pub use bsdf::{Bsdf, Response, Side};
 pub use depth::OpticalDepth;
 pub use pass::{crossing, passes_shadow_rays};

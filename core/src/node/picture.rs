@@ -61,7 +61,13 @@ impl<'a, T: Tracer> Picture<'a, T> {
     }
 }
 
-impl<T: Tracer, C: Scratch> Picture<'_, T, C> {
+impl<'a, T: Tracer, C: Scratch> Picture<'a, T, C> {
+    /// The materials that shadow rays may pass, if there are any.
+    fn passable(&self) -> Option<&'a [Material]> {
+        let tables = self.shader.tables();
+        tables.needs.any(Needs::TRANSPARENT).then_some(tables.materials)
+    }
+
     /// Traces rays together in its room: how many.
     #[cfg(feature = "bundles")]
     fn together(
@@ -308,9 +314,7 @@ impl<T: Tracer, C: Scratch> World for Picture<'_, T, C> {
         work: &mut Work,
     ) -> Traced {
         work.shadow_rays = work.shadow_rays.saturating_add(1);
-        let tables = self.shader.tables();
-        let passable = tables.needs.any(Needs::TRANSPARENT).then_some(tables.materials);
-        let mut asked = Asked::Depth(OpticalDepth::of_steps(*depth), passable, ray);
+        let mut asked = Asked::Depth(OpticalDepth::of_steps(*depth), self.passable(), ray);
         let traced = self.ask(source, ray, trail, &mut asked, work);
         if let Asked::Depth(sum, ..) = asked {
             *depth = sum.steps();
@@ -344,14 +348,11 @@ impl<T: Tracer, C: Scratch> World for Picture<'_, T, C> {
         rays: impl Iterator<Item = Ray>,
         work: &mut Work,
     ) -> Ends {
-        if self.shader.tables().needs.any(Needs::TRANSPARENT) {
-            return Ends::default();
-        }
-        let tracer = self.tracer;
-        let count = self.together(work, |room| room.ask(tracer, source, rays));
+        let (tracer, passable) = (self.tracer, self.passable());
+        let count = self.together(work, |room| room.ask(tracer, source, rays, passable));
         let ends = |room: &mut Neighbours| Ends {
             count,
-            stopped: room.all_stopped(),
+            apart: room.all_stopped() | room.all_weakened(),
             hidden: room.all_hidden(),
         };
         self.scratch.neighbours(ends).unwrap_or_default()
@@ -361,8 +362,7 @@ impl<T: Tracer, C: Scratch> World for Picture<'_, T, C> {
     fn shadow_end(&self, at: usize) -> Option<(Traced, Trail, [u32; 3])> {
         self.scratch.neighbours(|room| {
             let (traced, trail) = Traced::of(room.stopped(at));
-            let depth = if room.is_hidden(at) { OpticalDepth::OPAQUE } else { OpticalDepth::CLEAR };
-            (traced, trail, depth.steps())
+            (traced, trail, room.depth(at).steps())
         })
     }
 

@@ -72,10 +72,10 @@ impl<W: World> Node<'_, W> {
         let fresh = self.shadows.get(..self.fresh).unwrap_or_default();
         let rays = fresh.iter().rev().take(count).map(|slot| slot.shadow.ray());
         let Self { world, blocks, work, .. } = self;
-        let Ends { count, stopped, hidden } = world.shadows_together(blocks, rays, work);
+        let Ends { count, apart, hidden } = world.shadows_together(blocks, rays, work);
         let mut at = 0;
         while at < count {
-            let ended = count.saturating_sub(at).min((stopped >> at).trailing_zeros() as usize);
+            let ended = count.saturating_sub(at).min((apart >> at).trailing_zeros() as usize);
             self.end_shadows(ended, hidden >> at);
             at += ended;
             if at < count {

@@ -141,8 +141,8 @@ pub trait World {
 pub struct Ends {
     /// The first so many: 64 at most.
     pub count: usize,
-    /// Those that have not come to their end, a bit each.
-    pub stopped: u64,
+    /// Those of which [`World::shadow_end`] says more, a bit each: they have not come to their end, or lost a part of their light.
+    pub apart: u64,
     /// Those whose light is hidden, a bit each. Nothing is in the way of the others.
     pub hidden: u64,
 }

@@ -1,7 +1,9 @@
 use crate::block::BlockSource;
 use crate::geometry::{Hit, Ray};
+use crate::material::OpticalDepth;
+use crate::scene::Material;
 use crate::shade::{PathRay, Shadow};
-use crate::trace::{BUNDLE, Bundle, BundleVisited, TraceError, Tracer, Trail};
+use crate::trace::{BUNDLE, Bundle, BundleVisited, Query, TraceError, Tracer, Trail, Whole};
 use glam::Vec3;
 
 /// Room for rays that are traced together, and for what they hit until it is asked for: 33 KiB.
@@ -11,6 +13,29 @@ pub struct Neighbours {
     rays: [Ray; BUNDLE],
     hits: [Option<Hit>; BUNDLE],
     hidden: [bool; BUNDLE],
+    /// Of those that are weakened.
+    depths: [OpticalDepth; BUNDLE],
+    /// Rays that have lost some of their light, and not all: a bit each.
+    weakened: u64,
+}
+
+/// What a shadow ray loses on its way.
+struct Through<'a> {
+    depth: OpticalDepth,
+    ray: &'a Ray,
+    materials: &'a [Material],
+}
+
+impl Query for Through<'_> {
+    #[inline(always)]
+    fn is_from_end(&self) -> bool {
+        true
+    }
+
+    #[inline(always)]
+    fn hit(&mut self, _: &mut f32, _: f32, hit: &impl Whole) -> bool {
+        self.depth.cross(self.materials, self.ray, &hit.whole())
+    }
 }
 
 impl Default for Neighbours {
@@ -29,6 +54,8 @@ impl Neighbours {
             rays: [RAY; BUNDLE],
             hits: [None; BUNDLE],
             hidden: [false; BUNDLE],
+            depths: [OpticalDepth::CLEAR; BUNDLE],
+            weakened: 0,
         }
     }
 
@@ -44,16 +71,31 @@ impl Neighbours {
         (together.len(), traced)
     }
 
-    /// Finds whether anything is in the way of the first [`BUNDLE`] rays: how many they were.
+    /// Finds what is in the way of the first [`BUNDLE`] shadow rays: how many they were. Without `materials` all that they meet stops them.
     pub(crate) fn ask<T: Tracer, S: BlockSource>(
         &mut self,
         tracer: T,
         source: &mut S,
         rays: impl Iterator<Item = Ray>,
+        materials: Option<&[Material]>,
     ) -> (usize, Result<(), TraceError<S::Error>>) {
-        let together = fill(&mut self.rays, rays);
-        let traced = tracer.any_bundle(&mut self.room, source, together, &mut self.hidden);
-        (together.len(), traced)
+        let count = fill(&mut self.rays, rays).len();
+        let Self { room, rays, hidden, depths, weakened, .. } = self;
+        let together = rays.get(..count).unwrap_or_default();
+        *weakened = 0;
+        let Some(materials) = materials else {
+            return (count, tracer.any_bundle(room, source, together, hidden));
+        };
+        let ask = |ray| Through { depth: OpticalDepth::CLEAR, ray, materials };
+        let mut queries = rays.each_ref().map(ask);
+        let traced = tracer.query_bundle(room, source, together, &mut queries);
+        let ends = hidden.iter_mut().zip(depths).zip(queries).zip(0..).take(count);
+        for (((hidden, depth), query), at) in ends {
+            (*hidden, *depth) = (query.depth.is_opaque(), query.depth);
+            let is_weakened = !*hidden && *depth != OpticalDepth::CLEAR;
+            *weakened |= u64::from(is_weakened) << at;
+        }
+        (count, traced)
     }
 
     /// The closest hit of a ray that was traced; of one that has stopped, the best so far.
@@ -64,6 +106,20 @@ impl Neighbours {
     /// Whether anything is in the way of a ray that was asked about, as far as it is known.
     pub(crate) fn is_hidden(&self, at: usize) -> bool {
         self.hidden.get(at).copied().unwrap_or(true)
+    }
+
+    /// What a ray that was asked about has lost, as far as it is known.
+    pub(crate) fn depth(&self, at: usize) -> OpticalDepth {
+        match self.depths.get(at) {
+            _ if self.is_hidden(at) => OpticalDepth::OPAQUE,
+            Some(depth) if self.weakened >> at & 1 != 0 => *depth,
+            _ => OpticalDepth::CLEAR,
+        }
+    }
+
+    /// All rays that have lost some of their light, and not all, as far as it is known: a bit each.
+    pub(crate) const fn all_weakened(&self) -> u64 {
+        self.weakened
     }
 
     /// All rays that are hidden, as far as it is known: a bit each.
@@ -102,19 +158,20 @@ impl Neighbours {
         Ok(self.hit(at % BUNDLE).copied())
     }
 
-    /// Whether anything is in the way of `rays[at]`, if `at` goes from 0 up by one.
-    pub(super) fn hidden<T: Tracer, S: BlockSource>(
+    /// What `rays[at]` has lost on its way, if `at` goes from 0 up by one: see [`ask`](Self::ask).
+    pub(super) fn lost<T: Tracer, S: BlockSource>(
         &mut self,
         tracer: T,
         source: &mut S,
         rays: &[Shadow],
         at: usize,
-    ) -> Result<bool, TraceError<S::Error>> {
+        materials: Option<&[Material]>,
+    ) -> Result<OpticalDepth, TraceError<S::Error>> {
         if at.is_multiple_of(BUNDLE) {
             let next = rays.get(at..).unwrap_or_default();
-            self.ask(tracer, source, next.iter().map(Shadow::ray)).1?;
+            self.ask(tracer, source, next.iter().map(Shadow::ray), materials).1?;
         }
-        Ok(self.is_hidden(at % BUNDLE))
+        Ok(self.depth(at % BUNDLE))
     }
 }
 

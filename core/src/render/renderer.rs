@@ -7,6 +7,8 @@ use crate::geometry::Hit;
 use crate::material::OpticalDepth;
 use crate::path::PathKey;
 use crate::scene::Needs;
+#[cfg(feature = "bundles")]
+use crate::shade::FewRays;
 use crate::shade::{Counts, Path, Point, SPLITS, Shader, Sum};
 use crate::shade::{PathRay, Shadow, ShadowRays};
 use crate::store::{Arena, ArenaFull, Budget, Line};
@@ -60,6 +62,11 @@ struct Work<'w, 'a, T, S> {
     places: Places,
     /// The camera ray that comes next.
     next: Option<super::tile::Place>,
+    /// Whether points have children.
+    splits: bool,
+    /// Shadow rays that are not made yet.
+    #[cfg(feature = "bundles")]
+    few: FewRays,
 }
 
 impl<'a> Renderer<'a> {
@@ -95,21 +102,33 @@ impl<'a> Renderer<'a> {
         self.shadows.clear();
         let mut places = Places::new(tile, job.shader.settings().samples);
         let next = places.next();
-        let mut work = Work { job, sight, counts, places, next };
+        let splits = job.shader.tables().needs.any(Needs::SPECULAR);
+        let mut work = Work {
+            job,
+            sight,
+            counts,
+            places,
+            next,
+            splits,
+            #[cfg(feature = "bundles")]
+            few: FewRays::new(),
+        };
+        let mut rays = ShadowRays::NONE;
         while self.fill_batch(&mut work) {
             if job.cancel.is_some_and(|cancel| cancel.load(Ordering::Relaxed)) {
                 return Err(RenderError::Cancelled);
             }
             for at in 0..self.batch.len() {
                 let Some(&ray) = self.batch.items().get(at) else { break };
-                let rays = self.batch.items();
-                let hit = work.sight.closest(rays, at).map_err(RenderError::Trace)?;
-                self.shade(&mut work, &ray, hit.as_ref())?;
+                let hit = work.sight.closest(self.batch.items(), at).map_err(RenderError::Trace)?;
+                self.shade(&mut work, &ray, hit.as_ref(), &mut rays)?;
             }
         }
         if work.next.is_some() || self.waiting.len() > 0 {
             return Err(RenderError::Plan);
         }
+        #[cfg(feature = "bundles")]
+        self.make_few(&mut work, &mut rays)?;
         self.light(&mut work)?;
         self.sums.get(..pixels).ok_or(RenderError::Plan)
     }
@@ -185,6 +204,7 @@ impl<'a> Renderer<'a> {
         work: &mut Work<'_, '_, T, S>,
         ray: &PathRay,
         hit: Option<&Hit>,
+        rays: &mut ShadowRays,
     ) -> Result<(), RenderError<S::Error>> {
         let (light, point) = work.job.shader.arrive(&ray.path(), &ray.ray(), hit);
         if let Some(sum) = self.sums.get_mut(usize::from(ray.pixel())) {
@@ -192,21 +212,24 @@ impl<'a> Renderer<'a> {
         }
         let Some(point) = point else { return Ok(()) };
         #[cfg(feature = "specular")]
-        for child in work.job.shader.children(&point, work.counts).into_iter().flatten() {
-            work.counts.specular = work.counts.specular.saturating_add(1);
-            if !self.waiting.push(PathRay::new(&child.ray, &child.path, ray.pixel())) {
-                return Err(RenderError::Plan);
+        if work.splits {
+            for child in work.job.shader.children(&point, work.counts).into_iter().flatten() {
+                work.counts.specular = work.counts.specular.saturating_add(1);
+                if !self.waiting.push(PathRay::new(&child.ray, &child.path, ray.pixel())) {
+                    return Err(RenderError::Plan);
+                }
             }
         }
-        self.ask_lights(work, &point, ray.pixel())
+        self.ask_lights(work, &point, ray.pixel(), rays)
     }
 
-    /// Queues the shadow rays of a point.
+    /// Queues the shadow rays of a point, which are made in `rays`.
     fn ask_lights<T: Tracer, S: BlockSource>(
         &mut self,
         work: &mut Work<'_, '_, T, S>,
         point: &Point,
         pixel: u16,
+        rays: &mut ShadowRays,
     ) -> Result<(), RenderError<S::Error>> {
         let shader = work.job.shader;
         let mut direct = shader.direct(point);
@@ -220,10 +243,18 @@ impl<'a> Renderer<'a> {
                 *count = count.saturating_add(u64::from(bundle.len));
                 continue;
             }
+            #[cfg(feature = "bundles")]
+            {
+                if work.few.are_in_the_way_of(&bundle) {
+                    self.make_few(work, rays)?;
+                }
+                if work.few.put(point, &bundle, pixel) {
+                    continue;
+                }
+            }
             let mut j = 0;
-            let mut rays = ShadowRays::NONE;
             while j < bundle.len {
-                shader.shadow_rays(tracer, point, &mut bundle, j, &mut rays);
+                shader.shadow_rays(tracer, point, &mut bundle, j, rays);
                 let dark = &mut work.counts.shadow_dark;
                 *dark = dark.saturating_add(rays.dark().into());
                 for ray in rays.lit() {
@@ -235,6 +266,30 @@ impl<'a> Renderer<'a> {
                 j = j.saturating_add(rays.len());
             }
         }
+        Ok(())
+    }
+
+    /// Makes and queues the shadow rays of bundles that have few, in `rays`.
+    #[cfg(feature = "bundles")]
+    #[inline(never)]
+    fn make_few<T: Tracer, S: BlockSource>(
+        &mut self,
+        work: &mut Work<'_, '_, T, S>,
+        rays: &mut ShadowRays,
+    ) -> Result<(), RenderError<S::Error>> {
+        work.few.make(work.sight.tracer(), rays);
+        let dark = &mut work.counts.shadow_dark;
+        *dark = dark.saturating_add(rays.dark().into());
+        let mut next = 0;
+        while let Some((lane, ray)) = rays.next(next) {
+            if self.shadows.is_full() {
+                self.light(work)?;
+            }
+            let (light, pixel) = work.few.owner(lane);
+            self.shadows.push(Shadow::new(ray, light, pixel));
+            next = lane.wrapping_add(1);
+        }
+        work.few.clear();
         Ok(())
     }
 

@@ -94,24 +94,21 @@ impl<T: Tracer, S: BlockSource> Sight<T, S> {
         at: usize,
         materials: Option<&[Material]>,
     ) -> Result<OpticalDepth, TraceError<S::Error>> {
-        let Some(ray) = rays.get(at).map(Shadow::ray) else { return Ok(OpticalDepth::OPAQUE) };
-        let Some(materials) = materials else {
-            let hidden = self.hidden(rays, at)?;
-            return Ok(if hidden { OpticalDepth::OPAQUE } else { OpticalDepth::CLEAR });
-        };
-        let mut depth = OpticalDepth::CLEAR;
-        let cross = |hit: &Hit| depth.cross(materials, &ray, hit);
-        self.tracer.every(&mut self.cursor, &mut self.source, &ray, cross)?;
-        Ok(depth)
-    }
-
-    /// Whether anything is in the way of `rays[at]`.
-    fn hidden(&mut self, rays: &[Shadow], at: usize) -> Result<bool, TraceError<S::Error>> {
         #[cfg(feature = "bundles")]
         if self.source.holds_all() {
-            return self.neighbours.hidden(self.tracer, &mut self.source, rays, at);
+            return self.neighbours.lost(self.tracer, &mut self.source, rays, at, materials);
         }
-        let Some(ray) = rays.get(at) else { return Ok(true) };
-        self.tracer.any(&mut self.cursor, &mut self.source, &ray.ray())
+        let Some(ray) = rays.get(at).map(Shadow::ray) else { return Ok(OpticalDepth::OPAQUE) };
+        let Self { tracer, source, cursor, .. } = self;
+        let mut depth = OpticalDepth::CLEAR;
+        match materials {
+            Some(materials) => {
+                let cross = |hit: &Hit| depth.cross(materials, &ray, hit);
+                tracer.every(cursor, source, &ray, cross)?;
+            }
+            None if tracer.any(cursor, source, &ray)? => depth = OpticalDepth::OPAQUE,
+            None => {}
+        }
+        Ok(depth)
     }
 }

@@ -34,6 +34,14 @@ impl Deal {
         self.rest
     }
 
+    /// The part of a ray that brings about this as a sample, if it counts. The `last` of those that share a known light takes what is left of it: of a
+    /// lamp whose light is known, no sample is lost.
+    #[inline(always)]
+    pub(super) fn part(&mut self, light: Vec3, last: bool) -> Option<Vec3> {
+        let light = if last && self.is_known() { self.rest() } else { self.take(light) };
+        (light.max_element() > 0.0).then_some(light)
+    }
+
     /// Takes a part of about this, and no more than is left.
     pub(super) fn take(&mut self, part: Vec3) -> Vec3 {
         if !self.is_known() {

@@ -26,6 +26,8 @@ mod children;
 mod counts;
 mod deal;
 mod direct;
+#[cfg(feature = "bundles")]
+mod few;
 mod packed;
 mod path;
 mod point;
@@ -41,6 +43,8 @@ mod trace;
 pub use children::Child;
 pub use counts::Counts;
 pub use direct::{Bundle, Direct};
+#[cfg(feature = "bundles")]
+pub use few::FewRays;
 pub use packed::{PackedHit, PathRay, Shadow, Task};
 pub use path::Path;
 pub use point::{Point, SPLITS};

@@ -77,8 +77,14 @@ impl ShadowRays {
         Some((place, self.rays.get(place as usize)?))
     }
 
+    /// Makes room for so many, of which none counts yet.
     #[inline(always)]
-    fn put(&mut self, at: usize, ray: Option<ShadowRay>) {
+    pub(super) fn begin(&mut self, len: u32) {
+        (self.len, self.lit) = (len, 0);
+    }
+
+    #[inline(always)]
+    pub(super) fn put(&mut self, at: usize, ray: Option<ShadowRay>) {
         if let (Some(place), Some(ray)) = (self.rays.get_mut(at), ray) {
             *place = ray;
             self.lit |= 1 << at;
@@ -90,7 +96,7 @@ impl ShadowRays {
 const TOGETHER: usize = if cfg!(feature = "bundles") { LANES } else { 1 };
 
 /// Below so many rays of a bundle lanes would be empty that cost what full ones do.
-const FEW: u32 = 3;
+pub(super) const FEW: u32 = 3;
 
 impl Shader<'_> {
     /// Makes shadow rays of a bundle from `j` on, as many as there are and have room. They are made one after the other, from 0 up.
@@ -102,13 +108,12 @@ impl Shader<'_> {
         j: u32,
         rays: &mut ShadowRays,
     ) {
-        rays.len = bundle.len.saturating_sub(j).min(TOGETHER as u32);
-        rays.lit = 0;
+        rays.begin(bundle.len.saturating_sub(j).min(TOGETHER as u32));
         if cfg!(feature = "bundles") && rays.len >= FEW {
             tracer.compute(Together { shader: *self, point, bundle, j, rays });
         } else {
-            for (i, at) in (j..).zip(0..rays.len as usize) {
-                rays.put(at, self.shadow_ray(point, bundle, i));
+            for at in 0..rays.len {
+                rays.put(at as usize, self.shadow_ray(point, bundle, j.wrapping_add(at)));
             }
         }
     }
@@ -190,7 +195,7 @@ impl<R: Real> Part for Share<'_, R> {
 
 impl Bundle {
     /// The index in the sequence of its ray `j`.
-    fn index(&self, point: &Point, j: u32) -> u32 {
+    pub(super) fn index(&self, point: &Point, j: u32) -> u32 {
         point.path.key.sample.wrapping_mul(self.len).wrapping_add(j)
     }
 
@@ -200,10 +205,7 @@ impl Bundle {
         if !is_lit {
             return None;
         }
-        // The last of those that share a known light takes what is left of it. Of a lamp whose light is known, no sample is lost.
-        let last = self.deal.is_known() && j.wrapping_add(1) == self.len;
-        let light = if last { self.deal.rest() } else { self.deal.take(light) };
-        (light.max_element() > 0.0).then_some(light)
+        self.deal.part(light, j.wrapping_add(1) == self.len)
     }
 }
 
@@ -251,11 +253,11 @@ impl Kernel for Together<'_, '_> {
 }
 
 /// Vectors, put down lane by lane.
-struct Put([[f32; LANES]; 3]);
+pub(super) struct Put([[f32; LANES]; 3]);
 
 impl Put {
     #[inline(always)]
-    fn down<R: Real>(v: Vector<R>) -> Self {
+    pub(super) fn down<R: Real>(v: Vector<R>) -> Self {
         let mut to = [[0.0; LANES]; 3];
         let [x, y, z] = &mut to;
         v.x.store(x);
@@ -265,7 +267,7 @@ impl Put {
     }
 
     #[inline(always)]
-    fn at(&self, lane: usize) -> Vec3 {
+    pub(super) fn at(&self, lane: usize) -> Vec3 {
         Vec3::from(self.0.map(|axis| axis.get(lane % LANES).copied().unwrap_or(0.0)))
     }
 }

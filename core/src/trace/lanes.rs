@@ -5,7 +5,7 @@ use super::turn::Turn;
 use crate::block::format::{BlockHeader, Node, Record};
 use crate::block::{ExpandedNode, Vertices};
 use crate::geometry::{PreparedRay, Ray};
-use crate::real::{Part, Real};
+use crate::real::{LANES, Part, Real};
 
 /// What any lanes can compute.
 pub trait Kernel {
@@ -24,6 +24,12 @@ pub trait Lanes: Copy {
     type Ray: Copy;
     /// What samples of light are computed with.
     type Real: Real;
+
+    /// Numbers of a row, from `first` on, which is a multiple of how many lanes there are.
+    fn read(self, row: &[f32; LANES], first: usize) -> Self::Real;
+
+    /// As [`read`](Self::read).
+    fn read_whole(self, row: &[u32; LANES], first: usize) -> <Self::Real as Real>::Bits;
 
     /// `first` in the first lane, and one more in each.
     fn count_from(self, first: u32) -> <Self::Real as Real>::Bits;

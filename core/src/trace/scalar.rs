@@ -5,6 +5,7 @@ use super::turn::Turn;
 use crate::block::format::{BlockHeader, Child, Node};
 use crate::block::{ExpandedNode, ExpandedTop};
 use crate::geometry::PreparedRay;
+use crate::real::LANES;
 
 /// One box and one triangle at a time, with early outs: for any machine.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -14,6 +15,16 @@ impl Lanes for Scalar {
     type Frame = BoxFrame;
     type Ray = BoxRay;
     type Real = f32;
+
+    #[inline(always)]
+    fn read(self, row: &[f32; LANES], first: usize) -> f32 {
+        row.get(first).copied().unwrap_or(0.0)
+    }
+
+    #[inline(always)]
+    fn read_whole(self, row: &[u32; LANES], first: usize) -> u32 {
+        row.get(first).copied().unwrap_or(0)
+    }
 
     #[inline(always)]
     fn count_from(self, first: u32) -> u32 {

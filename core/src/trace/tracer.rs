@@ -252,12 +252,9 @@ pub trait Tracer: Copy {
         rays: &[Ray],
         hits: &mut [Option<Hit>],
     ) -> Result<(), TraceError<S::Error>> {
-        for (rays, hits) in rays.chunks(BUNDLE).zip(hits.chunks_mut(BUNDLE)) {
-            let (rays, queries) = pair(rays, hits);
-            queries.fill(None);
-            self.run::<Together, S, Option<Hit>>(room, source, rays, queries)?;
-        }
-        Ok(())
+        let (rays, queries) = pair(rays, hits);
+        queries.fill(None);
+        self.query_bundle(room, source, rays, queries)
     }
 
     /// Whether each of many coherent rays hits anything, as [`Tracer::closest_bundle`].
@@ -272,10 +269,26 @@ pub trait Tracer: Copy {
         rays: &[Ray],
         hits: &mut [bool],
     ) -> Result<(), TraceError<S::Error>> {
-        for (rays, hits) in rays.chunks(BUNDLE).zip(hits.chunks_mut(BUNDLE)) {
-            let (rays, queries) = pair(rays, hits);
-            queries.fill(false);
-            self.run::<Together, S, bool>(room, source, rays, queries)?;
+        let (rays, queries) = pair(rays, hits);
+        queries.fill(false);
+        self.query_bundle(room, source, rays, queries)
+    }
+
+    /// Asks anything of coherent rays, `queries[i]` of `rays[i]`, as [`Tracer::closest_bundle`]: each hit is shown once. Of the longer slice the rest is left out.
+    ///
+    /// # Errors
+    /// As [`Tracer::closest_bundle`]; a ray that has stopped goes on with its query.
+    #[inline]
+    fn query_bundle<S: BlockSource, Q: Query>(
+        self,
+        room: &mut Bundle,
+        source: &mut S,
+        rays: &[Ray],
+        queries: &mut [Q],
+    ) -> Result<(), TraceError<S::Error>> {
+        for (rays, queries) in rays.chunks(BUNDLE).zip(queries.chunks_mut(BUNDLE)) {
+            let (rays, queries) = pair(rays, queries);
+            self.run::<Together, S, Q>(room, source, rays, queries)?;
         }
         Ok(())
     }

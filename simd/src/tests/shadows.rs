@@ -5,7 +5,9 @@ use glam::Vec3;
 use kiloray_core::geometry::{Hit, Primitive, Ray};
 use kiloray_core::path::PathKey;
 use kiloray_core::scene::{Light, LightKind, Material, MaterialKind, Needs};
-use kiloray_core::shade::{Bundle, Counts, Path, Point, Settings, Shader, ShadowRays, Tables};
+use kiloray_core::shade::{
+    Bundle, Counts, FewRays, Path, Point, Settings, Shader, ShadowRays, Tables,
+};
 use kiloray_core::trace::{Scalar, Tracer};
 use proptest::prelude::*;
 
@@ -187,6 +189,83 @@ fn agree(case: &Case, tracer: Auto) -> Result<usize, TestCaseError> {
         prop_assert_eq!(bundle, single);
     }
     Ok(rays)
+}
+
+/// Bundles of few rays, of which some go together. How many rays did.
+fn few_agree(cases: &[Case], tracer: Auto) -> Result<usize, TestCaseError> {
+    let mut few = FewRays::new();
+    let (mut rays, mut expected, mut together) = (ShadowRays::NONE, Vec::new(), 0);
+    let check = |few: &mut FewRays, rays: &mut ShadowRays, expected: &mut Vec<_>| {
+        few.make(tracer, rays);
+        prop_assert_eq!(rays.len() as usize, expected.len());
+        for (lane, exact) in (0..).zip(expected.drain(..)) {
+            let made = rays.next(lane).filter(|(place, _)| *place == lane).map(|(_, ray)| *ray);
+            let owner = few.owner(lane);
+            prop_assert_eq!(format!("{:?}", (owner, made)), exact, "{}", tracer.name());
+        }
+        few.clear();
+        Ok(())
+    };
+    for (case, pixel) in cases.iter().zip(0_u16..) {
+        let medium = Material { kind: MaterialKind::Dielectric as u32, ..Material::zeroed() };
+        let materials = [case.material, medium];
+        let needs =
+            Needs { bits: Needs::SPECULAR | Needs::GLOSSY | Needs::DISTANT, radiance_max: 10.0 };
+        let tables = Tables { materials: &materials, lights: &case.lights, needs };
+        let shader = Shader::new(tables, case.settings);
+        let Some((point, bundles)) = case.bundles(tracer, &shader) else { continue };
+        for mut bundle in bundles {
+            if few.are_in_the_way_of(&bundle) {
+                check(&mut few, &mut rays, &mut expected)?;
+            }
+            if !few.put(&point, &bundle, pixel) {
+                continue;
+            }
+            for j in 0..bundle.len {
+                let exact = shader.shadow_ray(&point, &mut bundle, j);
+                together += usize::from(exact.is_some());
+                expected.push(format!("{:?}", ((bundle.light, pixel), exact)));
+            }
+        }
+    }
+    check(&mut few, &mut rays, &mut expected)?;
+    Ok(together)
+}
+
+#[test]
+fn few_rays_of_many_points_are_those_made_one_by_one() {
+    let mut runner = proptest::test_runner::TestRunner::new(ProptestConfig::with_cases(1500));
+    let rays = std::cell::Cell::new(0);
+    // One ray, or two that share a known light, of lights that mostly look small and surfaces that mostly reflect diffusely.
+    let plain = (cases(), 0..4, 1_u16..8).prop_map(|(mut case, kind, samples)| {
+        case.settings.shadow_samples = samples;
+        if kind > 0 {
+            for light in &mut case.lights {
+                light.kind = if kind > 1 { light.kind % 2 } else { light.kind };
+                light.position[2] = light.position[2].abs();
+                let area = [0, 1].contains(&light.kind);
+                let size = if area { 0.02 * samples as f32 } else { 1.0 };
+                (light.u, light.v) = (light.u.map(|x| x * size), light.v.map(|x| x * size));
+                light.cone_cos = if area { -1.0 } else { light.cone_cos };
+            }
+            case.material = Material {
+                kind: MaterialKind::Opaque as u32,
+                diffuse: case.material.diffuse,
+                ..Material::zeroed()
+            };
+            (case.normals, case.medium) = (None, false);
+        }
+        case
+    });
+    runner
+        .run(&prop::collection::vec(plain, 1..12), |cases| {
+            for tracer in Auto::all() {
+                rays.set(rays.get() + few_agree(&cases, tracer)?);
+            }
+            Ok(())
+        })
+        .unwrap();
+    assert!(rays.get() > 2000, "{}", rays.get());
 }
 
 #[test]

@@ -8,7 +8,7 @@ use core::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Neg, Not, Shl, Shr, Sub};
 
 use kiloray_core::real::{Bits, LANES, Mask, Real};
 
-/// Eight f32. Whoever has one has [`Wide`](super::Wide) lanes, so the machine has AVX2: they are made from [`Whole::count_from`], and from one another.
+/// Eight f32. Whoever has one has [`Wide`](super::Wide) lanes, so the machine has AVX2: they are read and [counted](Whole::count_from) by such lanes, and made from one another.
 #[derive(Debug, Clone, Copy)]
 pub struct Eight(__m256);
 
@@ -63,6 +63,7 @@ operators! {Whole, Self,
 operators! {Whole, u32,
     BitXor bitxor |a, b| _mm256_xor_si256(a, _mm256_set1_epi32(b as i32));
     BitAnd bitand |a, b| _mm256_and_si256(a, _mm256_set1_epi32(b as i32));
+    BitOr bitor |a, b| _mm256_or_si256(a, _mm256_set1_epi32(b as i32));
     Shl shl |a, b| _mm256_sll_epi32(a, _mm_cvtsi32_si128(b as i32));
     Shr shr |a, b| _mm256_srl_epi32(a, _mm_cvtsi32_si128(b as i32));
 }
@@ -158,7 +159,27 @@ impl Real for Eight {
     }
 }
 
+impl Eight {
+    /// Numbers as they stand.
+    ///
+    /// # Safety
+    /// The machine has AVX2.
+    #[inline(always)]
+    pub(super) unsafe fn read(row: &[f32; LANES]) -> Self {
+        Self(avx2!(_mm256_loadu_ps(row.as_ptr())))
+    }
+}
+
 impl Whole {
+    /// Numbers as they stand.
+    ///
+    /// # Safety
+    /// The machine has AVX2.
+    #[inline(always)]
+    pub(super) unsafe fn read(row: &[u32; LANES]) -> Self {
+        Self(avx2!(_mm256_loadu_si256(row.as_ptr().cast())))
+    }
+
     /// `first`, and one more in each lane.
     ///
     /// # Safety
@@ -173,6 +194,21 @@ impl Whole {
 impl Bits for Whole {
     type Real = Eight;
     type Mask = Answers;
+
+    #[inline(always)]
+    fn same(self, x: u32) -> Self {
+        Self(avx2!(_mm256_set1_epi32(x as i32)))
+    }
+
+    #[inline(always)]
+    fn sum(self, other: Self) -> Self {
+        Self(avx2!(_mm256_add_epi32(self.0, other.0)))
+    }
+
+    #[inline(always)]
+    fn product(self, other: Self) -> Self {
+        Self(avx2!(_mm256_mullo_epi32(self.0, other.0)))
+    }
 
     #[inline(always)]
     fn plus(self, x: u32) -> Self {
@@ -232,8 +268,7 @@ mod tests {
 
     /// Eight numbers of these bits.
     fn eight(proof: Avx2, bits: [u32; LANES]) -> Eight {
-        let _ = proof;
-        Eight(avx2!(_mm256_loadu_ps(bits.map(f32::from_bits).as_ptr())))
+        proof.read(&bits.map(f32::from_bits), 0)
     }
 
     fn stored(x: Eight) -> [f32; LANES] {
@@ -306,6 +341,11 @@ mod tests {
             prop_assert_eq!(as_bits(whole ^ other.bits()), core::array::from_fn(|i| a[i] ^ b[i]));
             prop_assert_eq!(as_bits(whole ^ x), a.map(|a| a ^ x));
             prop_assert_eq!(as_bits(whole & x), a.map(|a| a & x));
+            prop_assert_eq!(as_bits(whole | x), a.map(|a| a | x));
+            prop_assert_eq!(as_bits(whole.same(x)), [x; LANES]);
+            prop_assert_eq!(as_bits(whole.sum(other.bits())), core::array::from_fn(|i| a[i].wrapping_add(b[i])));
+            prop_assert_eq!(as_bits(whole.product(other.bits())), core::array::from_fn(|i| a[i].wrapping_mul(b[i])));
+            prop_assert_eq!(as_bits(proof.read_whole(&a, 0)), a);
             prop_assert_eq!(as_bits(whole << shift), a.map(|a| a << shift));
             prop_assert_eq!(as_bits(whole >> shift), a.map(|a| a >> shift));
             prop_assert_eq!(as_bits(whole.plus(x)), a.map(|a| a.wrapping_add(x)));

@@ -211,9 +211,9 @@ impl World for Toy {
         _: &mut Work,
     ) -> Ends {
         let count = self.together(source, rays.map(|ray| Self::shadow_key(ray.origin)));
-        let stopped = self.ends.iter().take(count).zip(0..);
-        let stopped = stopped.filter(|((traced, ..), _)| *traced != Traced::Done);
-        Ends { count, stopped: stopped.fold(0, |all, (_, at)| all | 1 << at), hidden: 0 }
+        let apart = self.ends.iter().take(count).zip(0..);
+        let apart = apart.filter(|((traced, ..), _)| *traced != Traced::Done);
+        Ends { count, apart: apart.fold(0, |all, (_, at)| all | 1 << at), hidden: 0 }
     }
 
     fn shadow_end(&self, at: usize) -> Option<(Traced, Trail, [u32; 3])> {

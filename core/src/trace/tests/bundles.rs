@@ -9,8 +9,8 @@ use super::scenes::{Random, clutter, rays};
 use super::writer::{Blocks, write};
 use super::{OneFrame, Resident};
 use crate::block::{BlockSource, BlockView, SPHERES};
-use crate::geometry::{Hit, Ray};
-use crate::trace::{BUNDLE, Batch, Bundle, Cursor, Scalar, Tracer};
+use crate::geometry::{Hit, Primitive, Ray};
+use crate::trace::{BUNDLE, Batch, Bundle, Cursor, Query, Scalar, Tracer, Whole};
 
 #[test]
 fn bundles_find_the_hits_of_single_rays() {
@@ -54,10 +54,10 @@ pub(crate) fn agree(tracer: impl Tracer) {
         let mut random = Random(seed);
         let mut items = clutter(count, SPHERES, &mut random);
         if offset != 0.0 {
-            items.retain(|item| matches!(item.0, crate::geometry::Primitive::Triangle { .. }));
+            items.retain(|item| matches!(item.0, Primitive::Triangle { .. }));
         }
         for item in &mut items {
-            if let crate::geometry::Primitive::Triangle { vertices, .. } = &mut item.0 {
+            if let Primitive::Triangle { vertices, .. } = &mut item.0 {
                 *vertices = vertices.map(|v| v + Vec3::splat(offset));
             }
         }
@@ -98,6 +98,21 @@ fn compare(tracer: impl Tracer, blocks: &Blocks, rays: &[Ray]) -> Vec<Option<Hit
     }
     tracer.any_bundle(&mut room, &mut Resident(blocks), rays, &mut found).unwrap();
     assert_eq!(found, any);
+    // All hits, each shown once.
+    let mut all: Vec<All> = rays.iter().map(|_| All(std::vec![])).collect();
+    tracer.query_bundle(&mut room, &mut Resident(blocks), rays, &mut all).unwrap();
+    for (All(mut found), ray) in all.into_iter().zip(rays) {
+        let mut expected = std::vec![];
+        let visit = |hit: &Hit| {
+            expected.push(*hit);
+            false
+        };
+        tracer.every(&mut cursor, &mut Resident(blocks), ray, visit).unwrap();
+        for hits in [&mut found, &mut expected] {
+            hits.sort_by_key(|hit| (hit.t.to_bits(), hit.material, place(hit)));
+        }
+        assert_eq!(found, expected, "{ray:?}");
+    }
     let part = rays.len() / 2;
     hits.fill(None);
     tracer.closest_bundle(&mut room, &mut OneFrame::new(blocks), rays, &mut hits[..part]).unwrap();
@@ -117,6 +132,25 @@ fn compare(tracer: impl Tracer, blocks: &Blocks, rays: &[Ray]) -> Vec<Option<Hit
     };
     assert_eq!(visited(&mut room), visited(&mut Bundle::new()));
     expected
+}
+
+/// Where a surface lies, as bits.
+fn place(hit: &Hit) -> [[u32; 3]; 3] {
+    let corners = match hit.primitive {
+        Primitive::Triangle { vertices, .. } => vertices,
+        Primitive::Sphere { center, radius, .. } => [center, Vec3::splat(radius), Vec3::ZERO],
+    };
+    corners.map(|v| v.to_array().map(f32::to_bits))
+}
+
+/// The hits that a ray was shown.
+struct All(Vec<Hit>);
+
+impl Query for All {
+    fn hit(&mut self, _: &mut f32, _: f32, hit: &impl Whole) -> bool {
+        self.0.push(hit.whole());
+        false
+    }
 }
 
 /// Has some of the blocks.

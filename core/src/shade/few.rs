@@ -1,0 +1,240 @@
+use super::deal::Deal;
+use super::shadows::{FEW, Put};
+use super::{Bundle, Path, Point, ShadowRay, ShadowRays};
+use crate::geometry::Ray;
+use crate::light::Lamps;
+use crate::material::lambert;
+use crate::random::points_of;
+use crate::real::{LANES, Mask, Real, Vector};
+use crate::trace::{Kernel, Lanes, Tracer};
+use glam::Vec3;
+
+/// Bundles of few rays, of any points to any lights, whose rays are made together, one in each lane.
+///
+/// They are what most points and lights are: flat lights that look small, and flat surfaces that only reflect diffusely, in clear air. All others are made
+/// [bundle by bundle](super::Shader::shadow_rays).
+#[derive(Debug, Clone)]
+pub struct FewRays {
+    from: Rows,
+    above: Rows,
+    normal: Rows,
+    throughput: Rows,
+    diffuse: Rows,
+    position: Rows,
+    u: Rows,
+    v: Rows,
+    shining: Rows,
+    radiance: Rows,
+    strength: Row,
+    size: Row,
+    /// Above zero for triangles.
+    corners: Row,
+    scale: Row,
+    seeds: [[u32; LANES]; 3],
+    index: [u32; LANES],
+    owners: [Owner; LANES],
+    len: usize,
+}
+
+/// A number of each lane.
+type Row = [f32; LANES];
+type Rows = [Row; 3];
+
+/// Whose ray it is.
+#[derive(Debug, Clone, Copy)]
+struct Owner {
+    light: u32,
+    pixel: u16,
+    /// The first ray of a bundle deals with its known light, for the others too.
+    is_first: bool,
+    is_last: bool,
+    deal: Deal,
+}
+
+impl Owner {
+    const NONE: Self =
+        Self { light: 0, pixel: 0, is_first: true, is_last: true, deal: Deal::UNKNOWN };
+}
+
+impl Default for FewRays {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl FewRays {
+    /// None yet.
+    #[must_use]
+    pub const fn new() -> Self {
+        const ROWS: Rows = [[0.0; LANES]; 3];
+        const ROW: Row = [0.0; LANES];
+        Self {
+            from: ROWS,
+            above: ROWS,
+            normal: ROWS,
+            throughput: ROWS,
+            diffuse: ROWS,
+            position: ROWS,
+            u: ROWS,
+            v: ROWS,
+            shining: ROWS,
+            radiance: ROWS,
+            strength: ROW,
+            size: ROW,
+            corners: ROW,
+            scale: ROW,
+            seeds: [[0; LANES]; 3],
+            index: [0; LANES],
+            owners: [Owner::NONE; LANES],
+            len: 0,
+        }
+    }
+
+    /// How many rays.
+    #[must_use]
+    pub const fn len(&self) -> usize {
+        self.len
+    }
+
+    /// Whether there is none.
+    #[must_use]
+    pub const fn is_empty(&self) -> bool {
+        self.len == 0
+    }
+
+    /// Whether they must be made before a bundle finds room.
+    #[must_use]
+    pub const fn are_in_the_way_of(&self, bundle: &Bundle) -> bool {
+        bundle.len < FEW && self.len.saturating_add(bundle.len as usize) > LANES
+    }
+
+    /// Forgets them.
+    pub const fn clear(&mut self) {
+        self.len = 0;
+    }
+
+    /// The light and the pixel of a ray.
+    #[must_use]
+    pub fn owner(&self, lane: u32) -> (u32, u16) {
+        let owner = self.owners.get(lane as usize).unwrap_or(&Owner::NONE);
+        (owner.light, owner.pixel)
+    }
+
+    /// Takes in a bundle of which no ray is made yet; `false` if it is to be made by itself.
+    pub fn put(&mut self, point: &Point, bundle: &Bundle, pixel: u16) -> bool {
+        let Point { surface, bsdf, path, .. } = point;
+        let is_plain = surface.shading == surface.normal && bsdf.through == Vec3::ZERO;
+        #[cfg(feature = "specular")]
+        let is_plain = is_plain && bsdf.gloss.alpha <= 0.0;
+        if bundle.len >= FEW || !is_plain || path.medium != Path::AIR {
+            return false;
+        }
+        let Some(lamp) = bundle.aim.lamp().filter(|_| !self.are_in_the_way_of(bundle)) else {
+            return false;
+        };
+        for j in 0..bundle.len {
+            let lane = self.len % LANES;
+            for (rows, v) in [
+                (&mut self.from, surface.position),
+                (&mut self.above, surface.above),
+                (&mut self.normal, surface.normal),
+                (&mut self.throughput, path.throughput),
+                (&mut self.diffuse, bsdf.diffuse),
+                (&mut self.position, lamp.position),
+                (&mut self.u, lamp.u),
+                (&mut self.v, lamp.v),
+                (&mut self.shining, lamp.normal),
+                (&mut self.radiance, bundle.aim.radiance()),
+            ] {
+                let [x, y, z] = rows;
+                set(x, lane, v.x);
+                set(y, lane, v.y);
+                set(z, lane, v.z);
+            }
+            set(&mut self.strength, lane, lamp.strength);
+            set(&mut self.size, lane, lamp.size);
+            set(&mut self.corners, lane, if lamp.is_triangle { 1.0 } else { 0.0 });
+            set(&mut self.scale, lane, bundle.scale);
+            let seeds = bundle.sequence.seeds();
+            self.seeds.iter_mut().zip(seeds).for_each(|(row, seed)| set(row, lane, seed));
+            set(&mut self.index, lane, bundle.index(point, j));
+            let owner = Owner {
+                light: bundle.light,
+                pixel,
+                is_first: j == 0,
+                is_last: j.wrapping_add(1) == bundle.len,
+                deal: bundle.deal,
+            };
+            set(&mut self.owners, lane, owner);
+            self.len = lane.wrapping_add(1);
+        }
+        true
+    }
+
+    /// Makes all rays: each has the bits that [`Shader::shadow_ray`](super::Shader::shadow_ray) gives it.
+    pub fn make<T: Tracer>(&self, tracer: T, rays: &mut ShadowRays) {
+        tracer.compute(Few { few: self, rays });
+    }
+}
+
+#[inline(always)]
+fn set<T>(row: &mut [T; LANES], lane: usize, value: T) {
+    if let Some(place) = row.get_mut(lane) {
+        *place = value;
+    }
+}
+
+/// [`FewRays::make`].
+struct Few<'a> {
+    few: &'a FewRays,
+    rays: &'a mut ShadowRays,
+}
+
+impl Kernel for Few<'_> {
+    #[inline(always)]
+    fn run<L: Lanes>(self, lanes: L) {
+        let Self { few, rays } = self;
+        rays.begin(few.len as u32);
+        let mut deal = Deal::UNKNOWN;
+        for first in (0..few.len).step_by(L::Real::COUNT) {
+            let row = |row: &Row| lanes.read(row, first);
+            let rows = |[x, y, z]: &Rows| Vector { x: row(x), y: row(y), z: row(z) };
+            let lamps = Lamps {
+                from: rows(&few.from),
+                position: rows(&few.position),
+                u: rows(&few.u),
+                v: rows(&few.v),
+                normal: rows(&few.shining),
+                strength: row(&few.strength),
+                size: row(&few.size),
+                is_triangle: row(&few.corners).is_positive(),
+            };
+            let seeds = few.seeds.each_ref().map(|row| lanes.read_whole(row, first));
+            let sample = lamps.sample(points_of(seeds, lanes.read_whole(&few.index, first)));
+            let above = sample.direction.dot(rows(&few.normal));
+            let answer = lambert(rows(&few.diffuse), above);
+            let power = rows(&few.radiance) * sample.inverse;
+            let light = rows(&few.throughput) * answer * (power * row(&few.scale));
+            let origin = rows(&few.above);
+            let direction = sample.end.map_or(sample.direction, |end| end - origin);
+            let is_lit = sample.is_lit.lanes();
+            let [light, origin, direction] = [light, origin, direction].map(Put::down);
+            for lane in 0..L::Real::COUNT.min(few.len.saturating_sub(first)) {
+                let at = first.wrapping_add(lane);
+                let owner = few.owners.get(at).unwrap_or(&Owner::NONE);
+                if owner.is_first {
+                    deal = owner.deal;
+                }
+                let is_lit = is_lit >> lane & 1 != 0;
+                let light = if is_lit { deal.part(light.at(lane), owner.is_last) } else { None };
+                rays.put(
+                    at,
+                    light.map(|light| {
+                        let (origin, direction) = (origin.at(lane), direction.at(lane));
+                        ShadowRay { ray: Ray { origin, direction, t_min: 0.0, t_max: 1.0 }, light }
+                    }),
+                );
+            }
+        }
+    }
+}
