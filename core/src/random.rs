@@ -26,6 +26,8 @@ pub enum Purpose {
     Children,
     /// The place on the light with this index.
     Light(u32),
+    /// Another one, of which the others know nothing.
+    Rest(u32),
 }
 
 impl Purpose {
@@ -37,6 +39,7 @@ impl Purpose {
             Self::Transmit => 3,
             Self::Children => 4,
             Self::Light(index) => index.wrapping_add(256),
+            Self::Rest(index) => !index,
         }
     }
 }

@@ -80,6 +80,9 @@ pub(super) fn before<R: Real>(
     direction * distance + from + normal * off
 }
 
+/// How many times its share of a light that is [known](Aim::projected) a sample brings at most.
+pub const MOST: f32 = 8.0;
+
 /// Whether a surface takes light from something within this radius of a centre at this height above it and this distance.
 #[inline(always)]
 pub(super) fn takes(answers: [bool; 2], height: f32, radius: f32, distance: f32) -> bool {
@@ -111,6 +114,7 @@ impl Aim {
             }
             LightKind::Sphere => (Shape::Ball(Ball::new(position, u.x, from)?), position, u.x),
             LightKind::Point | LightKind::Spot => (Shape::Point(position), position, 0.0),
+            LightKind::Distant if light.reach < f32::INFINITY => return Err(Dark::OutOfReach),
             LightKind::Distant => {
                 let cap = Cap::new(u, v, surface, answers)?;
                 let estimate = brightest * cap.estimate;
@@ -181,15 +185,26 @@ impl Aim {
     }
 
     /// The integral of the cosine over the light, in closed form: what it brings to a white surface of this normal without shadows is the radiance
-    /// times this over π. `None` if it is not wholly above the surface, or there is no such form.
+    /// times this over π. `None` if it is not wholly above the surface, if there is no such form, or if a sample may bring more than [`MOST`] times its
+    /// share: of a light that is long and near, one sample may have nearly all.
     #[must_use]
     pub fn projected<T: Tracer>(&self, tracer: T, normal: Vec3) -> Option<f32> {
-        match &self.shape {
-            _ if self.cone_cos > -1.0 => None,
-            Shape::Flat(flat) => flat.projected(tracer, self.from, normal),
-            Shape::Ball(ball) => ball.projected(normal),
-            Shape::Point(_) | Shape::Cap(_) => None,
-        }
+        let (projected, center, radius, nearest, greatest) = match &self.shape {
+            _ if self.cone_cos > -1.0 => return None,
+            Shape::Flat(flat) => {
+                let projected = flat.projected(tracer, self.from, normal)?;
+                let nearest = flat.nearest(self.from);
+                (projected, flat.center, flat.radius, nearest, flat.greatest(nearest))
+            }
+            Shape::Ball(ball) => {
+                let projected = ball.projected(normal)?;
+                (projected, ball.center, ball.radius, ball.distance, ball.solid_angle)
+            }
+            Shape::Point(_) | Shape::Cap(_) => return None,
+        };
+        let height = (center - self.from).dot(normal);
+        let cos = ((height + radius) / nearest).min(1.0);
+        (greatest * cos <= MOST * projected).then_some(projected)
     }
 
     /// Its radiance.

@@ -218,6 +218,22 @@ impl Flat {
         polygon.projected(tracer, normal)
     }
 
+    /// No point of it is nearer.
+    pub(super) fn nearest(&self, from: Vec3) -> f32 {
+        let to = self.center - from;
+        (libm::sqrtf(to.dot(to)) - self.radius).max(self.height)
+    }
+
+    /// One over the density of its samples is no greater, if no point of it is nearer \[sr\].
+    pub(super) fn greatest(&self, nearest: f32) -> f32 {
+        match &self.near {
+            Near::No => self.area * self.height / (nearest * nearest * nearest),
+            Near::Rectangle(rectangle) => rectangle.solid_angle,
+            Near::Triangle(triangle) => triangle.solid_angle,
+            Near::Disc(_) => f32::INFINITY,
+        }
+    }
+
     /// The vector to the plane in a unit direction; without end where there is none.
     #[inline(always)]
     fn along<R: Real>(&self, direction: Vector<R>) -> Vector<R> {

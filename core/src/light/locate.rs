@@ -38,6 +38,16 @@ impl Aim {
         len(off - u * a - v * b)
     }
 
+    /// The length of what spans a light's surface; infinite where it has none.
+    #[must_use]
+    pub fn size(light: &Light) -> f32 {
+        let len = |v: [f32; 3]| libm::sqrtf(Vec3::from(v).dot(v.into()));
+        match LightKind::from_u32(light.kind) {
+            Some(LightKind::Point | LightKind::Spot | LightKind::Distant) | None => f32::INFINITY,
+            Some(_) => len(light.u) + len(light.v),
+        }
+    }
+
     /// Whether a distant light lies in a unit direction.
     #[must_use]
     pub fn is_towards(light: &Light, direction: Vec3) -> bool {

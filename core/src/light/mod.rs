@@ -27,6 +27,6 @@ mod rectangle;
 mod sphere;
 mod triangle;
 
-pub use aim::{Aim, Dark, Sample};
+pub use aim::{Aim, Dark, MOST, Sample};
 #[cfg(feature = "bundles")]
 pub(crate) use lamp::Lamps;

@@ -9,11 +9,11 @@ use glam::Vec3;
 /// A sphere, seen from outside.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Ball {
-    center: Vec3,
-    radius: f32,
+    pub(super) center: Vec3,
+    pub(super) radius: f32,
     /// Unit, from the point to the centre.
     axis: Vec3,
-    distance: f32,
+    pub(super) distance: f32,
     /// `1 - cos` of half the cone's angle.
     versine: f32,
     pub(super) solid_angle: f32,

@@ -63,6 +63,17 @@ impl Gloss {
         crosses: false,
     };
 
+    /// The rough lobe of a side, which light that passes leaves mirrored. What reflects turns a direction by twice what it is turned itself; of light that
+    /// passes the roughness is that of its direction (Radiance, normal.c: `exp((2 cos - 2) / α²) / (π α²)` about the straight way on).
+    #[inline(always)]
+    fn lobe(&self, side: Side, normal: Vec3) -> Ward {
+        let turn = match side {
+            Side::Front => 1.0,
+            Side::Back => 0.5,
+        };
+        Ward { normal, alpha: self.alpha * turn }
+    }
+
     #[cfg_attr(feature = "bundles", inline(always))]
     fn new(material: &Material, kind: MaterialKind, surface: &Surface) -> Self {
         let none = Self { ahead: -surface.outgoing, ..Self::NONE };
@@ -161,11 +172,21 @@ impl Bsdf {
         let diffuse = of_side(front, self.diffuse, self.through, none) * faded;
         #[cfg(feature = "specular")]
         if self.gloss.alpha > 0.0 {
-            let ward = Ward { normal: surface.shading, alpha: self.gloss.alpha };
             let mirrored =
                 incoming - Vector::along(surface.shading, incoming.on(surface.shading) * 2.0);
-            let incoming = Vector::select(front, incoming, mirrored);
-            let (value, density) = ward.evaluate(incoming, surface.outgoing);
+            let lobe = |side, incoming| {
+                let ward = self.gloss.lobe(side, surface.shading);
+                ward.evaluate(incoming, surface.outgoing)
+            };
+            let (mut value, mut density) = lobe(Side::Front, incoming);
+            if self.gloss.transmit != Vec3::ZERO {
+                let (through, density_through) = lobe(Side::Back, mirrored);
+                value = R::select(front, value, through);
+                density = R::select(front, density, density_through);
+            } else {
+                value = R::select(front, value, none);
+                density = R::select(front, density, none);
+            }
             let (value, density) =
                 (R::select(is_lit, value, none), R::select(is_lit, density, none));
             let albedo = of_side(front, self.gloss.reflect, self.gloss.transmit, none);
@@ -223,7 +244,7 @@ impl Bsdf {
             Side::Back => gloss.transmit,
         };
         let (direction, weight, density) = if gloss.alpha > 0.0 {
-            let ward = Ward { normal: surface.shading, alpha: gloss.alpha };
+            let ward = gloss.lobe(side, surface.shading);
             let (direction, weight) = ward.sample(numbers(), surface.outgoing)?;
             let (_, density) = ward.evaluate(Vector::<f32>::from(direction), surface.outgoing);
             let direction = match side {

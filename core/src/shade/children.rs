@@ -68,17 +68,20 @@ impl Shader<'_> {
         if throughput.max_element().is_nan() || throughput.max_element() <= 0.0 {
             return None;
         }
+        // What a ray finds that shares its light with shadow rays, it shares behind a pane as well, as they pass it: it is the same ray, from the same origin.
+        let is_straight = side == Side::Back && density == f32::INFINITY && !bsdf.gloss.crosses;
+        let (ray, density) = if is_straight && path.density < f32::INFINITY {
+            (point.ahead, path.density)
+        } else {
+            let origin = surface.origin(direction);
+            (Ray { origin, direction, t_min: 0.0, t_max: f32::INFINITY }, density * chance)
+        };
         Some(Child {
-            ray: Ray {
-                origin: surface.origin(direction),
-                direction,
-                t_min: 0.0,
-                t_max: f32::INFINITY,
-            },
+            ray,
             path: Path {
                 key: path.key.child(index),
                 throughput,
-                density: density * chance,
+                density,
                 depth: path.depth.saturating_add(1),
                 medium,
             },

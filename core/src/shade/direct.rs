@@ -38,8 +38,10 @@ pub struct Direct {
 pub struct Bundle {
     /// Index of the light.
     pub light: u32,
-    /// How many rays; a power of two.
+    /// How many rays.
     pub len: u32,
+    /// How many of them are samples, the first: a power of two. One more takes the rest of a known light.
+    pub(super) samples: u32,
     pub(super) aim: Aim,
     pub(super) sequence: Sequence,
     /// One over the number of rays and the probability of the bundle.
@@ -156,17 +158,18 @@ impl Shader<'_> {
         if self.settings.shadow_samples == 0 {
             count *= libm::sqrtf(part * point.path.importance().clamp(0.0, 1.0));
         }
-        let len = (libm::ceilf(count * 0.75) as u32).max(1).next_power_of_two();
-        let deal = match unshadowed(tracer, point, &aim, len) {
+        let samples = (libm::ceilf(count * 0.75) as u32).max(1).next_power_of_two();
+        let deal = match unshadowed(tracer, point, &aim, samples) {
             Some(light) => Deal::new(light / probability, &self.unit()),
             None => Deal::UNKNOWN,
         };
         Bundle {
             light: index,
-            len,
+            len: samples + u32::from(deal.is_known()),
+            samples,
             aim,
             sequence: Sequence::new(point.path.key, Purpose::Light(index)),
-            scale: 1.0 / (len as f32 * probability),
+            scale: 1.0 / (samples as f32 * probability),
             seen: is_seen(light, |material| self.emits(material)),
             deal,
         }
@@ -186,13 +189,13 @@ fn leave_out(dark: Dark, counts: &mut Counts) {
 
 /// What a light brings to the pixel if nothing is in its way, in closed form: of lights of some shapes, to flat diffuse surfaces in clear air.
 ///
-/// One ray alone does not share it: it would weigh all parts of the light alike.
-fn unshadowed<T: Tracer>(tracer: T, point: &Point, aim: &Aim, rays: u32) -> Option<Vec3> {
+/// Who wants one sample alone gets one.
+fn unshadowed<T: Tracer>(tracer: T, point: &Point, aim: &Aim, samples: u32) -> Option<Vec3> {
     let Point { surface, bsdf, path, .. } = point;
     let flat = surface.shading == surface.normal;
     #[cfg(feature = "specular")]
     let flat = flat && bsdf.gloss.alpha <= 0.0;
-    if rays < 2 || !flat || path.medium != Path::AIR {
+    if samples < 2 || !flat || path.medium != Path::AIR {
         return None;
     }
     let projected = aim.projected(tracer, surface.normal)?;
@@ -212,10 +215,11 @@ impl Bundle {
 
     /// The same with another number of rays, each as a sample.
     #[cfg(test)]
-    pub(super) fn resized(self, len: u32) -> Self {
+    pub(super) fn resized(self, samples: u32) -> Self {
         Self {
-            len,
-            scale: self.scale * (self.len as f32 / len as f32),
+            len: samples,
+            samples,
+            scale: self.scale * (self.samples as f32 / samples as f32),
             deal: Deal::UNKNOWN,
             ..self
         }

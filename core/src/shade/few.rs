@@ -47,13 +47,14 @@ struct Owner {
     pixel: u16,
     /// The first ray of a bundle deals with its known light, for the others too.
     is_first: bool,
-    is_last: bool,
+    /// It takes the rest of it.
+    is_rest: bool,
     deal: Deal,
 }
 
 impl Owner {
     const NONE: Self =
-        Self { light: 0, pixel: 0, is_first: true, is_last: true, deal: Deal::UNKNOWN };
+        Self { light: 0, pixel: 0, is_first: true, is_rest: false, deal: Deal::UNKNOWN };
 }
 
 impl Default for FewRays {
@@ -155,14 +156,15 @@ impl FewRays {
             set(&mut self.size, lane, lamp.size);
             set(&mut self.corners, lane, if lamp.is_triangle { 1.0 } else { 0.0 });
             set(&mut self.scale, lane, bundle.scale);
-            let seeds = bundle.sequence.seeds();
-            self.seeds.iter_mut().zip(seeds).for_each(|(row, seed)| set(row, lane, seed));
-            set(&mut self.index, lane, bundle.index(point, j));
+            let (sequence, index) = bundle.place(point, j);
+            let seeds = self.seeds.iter_mut().zip(sequence.seeds());
+            seeds.for_each(|(row, seed)| set(row, lane, seed));
+            set(&mut self.index, lane, index);
             let owner = Owner {
                 light: bundle.light,
                 pixel,
                 is_first: j == 0,
-                is_last: j.wrapping_add(1) == bundle.len,
+                is_rest: bundle.is_rest(j),
                 deal: bundle.deal,
             };
             set(&mut self.owners, lane, owner);
@@ -226,7 +228,7 @@ impl Kernel for Few<'_> {
                     deal = owner.deal;
                 }
                 let is_lit = is_lit >> lane & 1 != 0;
-                let light = if is_lit { deal.part(light.at(lane), owner.is_last) } else { None };
+                let light = if is_lit { deal.part(light.at(lane), owner.is_rest) } else { None };
                 rays.put(
                     at,
                     light.map(|light| {

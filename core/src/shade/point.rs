@@ -1,4 +1,5 @@
 use super::Path;
+use crate::geometry::Ray;
 use crate::material::{Bsdf, Surface};
 use crate::real::Real;
 
@@ -16,6 +17,9 @@ pub struct Point {
     /// The probability of a reflected and of a transmitted child.
     #[cfg(feature = "specular")]
     pub(super) chance: [f32; 2],
+    /// The ray that ended here, behind it: it goes straight on, and keeps its origin.
+    #[cfg(feature = "specular")]
+    pub(super) ahead: Ray,
 }
 
 /// A child that would bring less than this part of the pixel is sent with a probability in proportion, and stands for
@@ -28,7 +32,7 @@ pub const SPLITS: u8 = 2;
 
 impl Point {
     #[cfg_attr(feature = "bundles", inline(always))]
-    pub(super) fn new(surface: Surface, bsdf: Bsdf, path: Path, bounces: u8) -> Self {
+    pub(super) fn new(surface: Surface, bsdf: Bsdf, path: Path, bounces: u8, ahead: Ray) -> Self {
         #[cfg(feature = "specular")]
         let chance = if path.depth < bounces {
             let part = |albedo: glam::Vec3| f32::max((path.throughput * albedo).max_element(), 0.0);
@@ -45,13 +49,15 @@ impl Point {
             [0.0; 2]
         };
         #[cfg(not(feature = "specular"))]
-        let _ = bounces;
+        let _ = (bounces, ahead);
         Self {
             surface,
             bsdf,
             path,
             #[cfg(feature = "specular")]
             chance,
+            #[cfg(feature = "specular")]
+            ahead,
         }
     }
 

@@ -106,7 +106,9 @@ impl<'a> Shader<'a> {
         // A path that meets a dielectric from inside has come through it, whether it knows or not.
         let inside = kind == Some(MaterialKind::Dielectric) && !surface.front;
         let medium = if inside && path.medium == Path::AIR { hit.material } else { path.medium };
-        let passed = Vec3::from(self.absorbed(medium, surface.distance));
+        // Of a ray that goes straight on, what lies before its beginning has been counted.
+        let way = surface.distance * (1.0 - ray.t_min / hit.t.max(f32::MIN_POSITIVE)).max(0.0);
+        let passed = Vec3::from(self.absorbed(medium, way));
         let path = Path { throughput: path.throughput * passed, medium, ..*path };
         let sum = if material.emission == [0.0; 3] || !surface.front {
             Sum::ZERO
@@ -117,7 +119,8 @@ impl<'a> Shader<'a> {
             return (sum, None);
         }
         let bsdf = Bsdf::new(material, &surface);
-        (sum, Some(Point::new(surface, bsdf, path, self.settings.bounces)))
+        let ahead = Ray { t_min: hit.t.next_up(), t_max: f32::INFINITY, ..*ray };
+        (sum, Some(Point::new(surface, bsdf, path, self.settings.bounces, ahead)))
     }
 
     /// The part of a surface's own light that this ray brings.
@@ -137,7 +140,8 @@ impl<'a> Shader<'a> {
     /// Light from infinitely far.
     fn escaped(&self, path: &Path, ray: &Ray) -> Sum {
         let mut sum = Sum::ZERO;
-        if !self.tables.needs.any(Needs::DISTANT) {
+        // Behind an aft clipping plane there is nothing to see.
+        if !self.tables.needs.any(Needs::DISTANT) || ray.t_max < f32::INFINITY {
             return sum;
         }
         let len = libm::sqrtf(ray.direction.dot(ray.direction));
@@ -146,7 +150,9 @@ impl<'a> Shader<'a> {
         for light in self.tables.lights {
             if light.kind == LightKind::Distant as u32 && Aim::is_towards(light, direction) {
                 let sampled = Aim::density(light, ray.origin, direction, f32::INFINITY);
-                let part = self.share(path.density, sampled);
+                // One without such a reach is found by rays alone.
+                let is_sampled = light.reach == f32::INFINITY;
+                let part = if is_sampled { self.share(path.density, sampled) } else { 1.0 };
                 let light = path.throughput * passed * Vec3::from(light.radiance) * part;
                 sum.add(self.unit.quantise(light));
             }
@@ -154,21 +160,17 @@ impl<'a> Shader<'a> {
         sum
     }
 
-    /// The light whose visible surface this is.
+    /// The light whose visible surface this is: of those of its material the nearest, if the surface lies on it. (Others may be of the material as well: the
+    /// inside of a ball lights nothing.)
     fn light_at(&self, surface: &Surface, material: &Material) -> Option<&'a Light> {
         let first = (material.light as usize).checked_sub(1)?;
         let lights = self.tables.lights.get(first..)?;
         let index = u32::from(surface.material);
-        let mut here = lights.iter().take_while(|light| light.material == index);
-        let mut best = here.next()?;
-        let mut least = None;
-        for light in here {
-            let distance = Aim::distance_to(light, surface.position);
-            if distance < *least.get_or_insert_with(|| Aim::distance_to(best, surface.position)) {
-                (best, least) = (light, Some(distance));
-            }
-        }
-        Some(best)
+        let here = lights.iter().take_while(|light| light.material == index);
+        let off = |light| (light, Aim::distance_to(light, surface.position));
+        let nearer = |a: (_, f32), b: (_, f32)| if b.1 < a.1 { b } else { a };
+        let (light, distance) = here.map(off).reduce(nearer)?;
+        (distance <= Aim::size(light) * ON_IT).then_some(light)
     }
 
     /// Whether light sampling leaves out this light, for a ray that begins there.
@@ -191,6 +193,9 @@ impl<'a> Shader<'a> {
         }
     }
 }
+
+/// What lies farther off a light, in parts of its size, is not its surface: f32 knows places 10⁴ sizes away so well.
+const ON_IT: f32 = 1.0 / 64.0;
 
 /// What a way through a medium takes.
 struct Absorption<'a, R> {

@@ -2,6 +2,7 @@ use super::path::share;
 use super::{Bundle, Point, Settings, Shader};
 use crate::geometry::Ray;
 use crate::light::Sample;
+use crate::random::{Purpose, Sequence};
 use crate::real::{LANES, Mask, Part, Real, Vector};
 use crate::trace::{Kernel, Lanes, Tracer};
 use glam::Vec3;
@@ -96,7 +97,7 @@ impl ShadowRays {
 const TOGETHER: usize = if cfg!(feature = "bundles") { LANES } else { 1 };
 
 /// Below so many rays of a bundle lanes would be empty that cost what full ones do.
-pub(super) const FEW: u32 = 3;
+pub(super) const FEW: u32 = 4;
 
 impl Shader<'_> {
     /// Makes shadow rays of a bundle from `j` on, as many as there are and have room. They are made one after the other, from 0 up.
@@ -108,13 +109,16 @@ impl Shader<'_> {
         j: u32,
         rays: &mut ShadowRays,
     ) {
-        rays.begin(bundle.len.saturating_sub(j).min(TOGETHER as u32));
-        if cfg!(feature = "bundles") && rays.len >= FEW {
-            tracer.compute(Together { shader: *self, point, bundle, j, rays });
-        } else {
-            for at in 0..rays.len {
-                rays.put(at as usize, self.shadow_ray(point, bundle, j.wrapping_add(at)));
-            }
+        let len = bundle.len.saturating_sub(j).min(TOGETHER as u32);
+        let samples = bundle.samples.saturating_sub(j).min(len);
+        let mut made = 0;
+        rays.begin(len);
+        if cfg!(feature = "bundles") && samples >= FEW {
+            tracer.compute(Together { shader: *self, point, bundle, j, rays, samples });
+            made = samples;
+        }
+        for at in made..len {
+            rays.put(at as usize, self.shadow_ray(point, bundle, j.wrapping_add(at)));
         }
     }
 
@@ -122,17 +126,18 @@ impl Shader<'_> {
     #[must_use]
     #[cfg_attr(feature = "bundles", inline(always))]
     pub fn shadow_ray(&self, point: &Point, bundle: &mut Bundle, j: u32) -> Option<ShadowRay> {
-        let made = self.made(point, bundle, bundle.index(point, j));
+        let (sequence, index) = bundle.place(point, j);
+        let made = self.made(point, bundle, sequence.points(index));
         let light = bundle.take(j, made.is_lit, made.light.into())?;
         let (origin, direction) = (made.origin.into(), made.direction.into());
         Some(ShadowRay { ray: Ray { origin, direction, t_min: 0.0, t_max: made.t_max }, light })
     }
 
-    /// The shadow rays of these indices, and their light as samples.
+    /// The shadow rays to these places, and their light as samples.
     #[inline(always)]
-    fn made<R: Real>(&self, point: &Point, bundle: &Bundle, index: R::Bits) -> Made<R> {
+    fn made<R: Real>(&self, point: &Point, bundle: &Bundle, place: [R; 2]) -> Made<R> {
         let surface = &point.surface;
-        let sample = bundle.aim.sample(bundle.sequence.points(index));
+        let sample = bundle.aim.sample(place);
         let light = self.sampled(point, bundle, &sample);
         let side = sample.direction.on(surface.normal);
         let like = |v: Vec3| Vector::same(side, v);
@@ -194,9 +199,19 @@ impl<R: Real> Part for Share<'_, R> {
 }
 
 impl Bundle {
-    /// The index in the sequence of its ray `j`.
-    pub(super) fn index(&self, point: &Point, j: u32) -> u32 {
-        point.path.key.sample.wrapping_mul(self.len).wrapping_add(j)
+    /// The sequence of its ray `j`, and the index there.
+    #[inline(always)]
+    pub(super) fn place(&self, point: &Point, j: u32) -> (Sequence, u32) {
+        let key = point.path.key;
+        if self.is_rest(j) {
+            return (Sequence::new(key, Purpose::Rest(self.light)), key.sample);
+        }
+        (self.sequence, key.sample.wrapping_mul(self.samples).wrapping_add(j))
+    }
+
+    /// Whether its ray `j` takes the rest of a known light.
+    pub(super) const fn is_rest(&self, j: u32) -> bool {
+        j >= self.samples
     }
 
     /// The light of its ray `j`, of which a sample brings `light`, if it counts.
@@ -205,7 +220,7 @@ impl Bundle {
         if !is_lit {
             return None;
         }
-        self.deal.part(light, j.wrapping_add(1) == self.len)
+        self.deal.part(light, self.is_rest(j))
     }
 }
 
@@ -218,23 +233,25 @@ struct Made<R: Real> {
     is_lit: R::Mask,
 }
 
-/// [`Shader::shadow_rays`] with all lanes.
+/// The samples of [`Shader::shadow_rays`], with all lanes.
 struct Together<'a, 's> {
     shader: Shader<'s>,
     point: &'a Point,
     bundle: &'a mut Bundle,
     j: u32,
     rays: &'a mut ShadowRays,
+    samples: u32,
 }
 
 impl Kernel for Together<'_, '_> {
     #[inline(always)]
     fn run<L: Lanes>(self, lanes: L) {
-        let Self { shader, point, bundle, mut j, rays } = self;
-        let len = rays.len as usize;
+        let Self { shader, point, bundle, mut j, rays, samples } = self;
+        let len = samples as usize;
         for first in (0..len).step_by(L::Real::COUNT) {
-            let made =
-                shader.made::<L::Real>(point, bundle, lanes.count_from(bundle.index(point, j)));
+            let (sequence, index) = bundle.place(point, j);
+            let place = sequence.points(lanes.count_from(index));
+            let made = shader.made::<L::Real>(point, bundle, place);
             let is_lit = made.is_lit.lanes();
             let (origin, direction) = (Put::down(made.origin), Put::down(made.direction));
             let light = Put::down(made.light);

@@ -33,11 +33,13 @@ impl Unit {
         self.step
     }
 
-    /// Light in steps, to the nearest. NaN, infinity and what is negative count as none; what is too bright is cut off.
+    /// Light in steps, to the nearest. NaN and infinity count as none; what is too bright is cut off. A part may be negative, where others are too great.
     #[must_use]
     pub fn quantise(&self, light: Vec3) -> Sum {
         let steps = |x: f32| {
-            if x > 0.0 && x < f32::INFINITY { nearest(x * self.steps) } else { 0 }
+            let size = x.abs();
+            let steps = if size < f32::INFINITY { nearest(size * self.steps) } else { 0 };
+            if x < 0.0 { -steps } else { steps }
         };
         Sum([steps(light.x), steps(light.y), steps(light.z)])
     }
@@ -50,7 +52,7 @@ impl Unit {
     }
 }
 
-/// The whole number nearest to one above zero; of two the greater.
+/// The whole number nearest to one that is not negative; of two the greater.
 fn nearest(x: f32) -> i64 {
     if x < 8_388_608.0 {
         // Subtracting its whole part from a number below 2²³ is exact.
@@ -66,7 +68,7 @@ impl Sum {
     /// No light.
     pub const ZERO: Self = Self([0; 3]);
 
-    /// Adds; a channel that is full stays full. As no light is negative, the order still does not matter.
+    /// Adds. The order does not matter; but for a channel that is full, where the picture is wrong.
     #[inline]
     pub fn add(&mut self, other: Self) {
         for (a, b) in self.0.iter_mut().zip(other.0) {
@@ -126,8 +128,11 @@ mod tests {
     #[test]
     fn what_is_no_light_counts_as_none_and_too_much_is_cut_off() {
         let unit = Unit::new(1.0);
-        let strange = Vec3::new(f32::NAN, -1.0, f32::INFINITY);
+        let strange = Vec3::new(f32::NAN, f32::NEG_INFINITY, f32::INFINITY);
         assert_eq!(unit.quantise(strange), Sum::ZERO);
+        let mut sum = unit.quantise(Vec3::splat(0.3));
+        sum.add(unit.quantise(Vec3::splat(-0.3)));
+        assert_eq!(sum, Sum::ZERO);
         let mut sum = unit.quantise(Vec3::splat(1e30));
         assert!(sum.is_full());
         sum.add(unit.quantise(Vec3::ONE));

@@ -14,6 +14,8 @@ mod direct;
 mod furnace;
 #[cfg(feature = "specular")]
 mod specular;
+#[cfg(feature = "specular")]
+mod twice;
 mod unshadowed;
 
 /// A scene, and its tracer.

@@ -62,3 +62,34 @@ fn a_lamp_that_is_half_hidden_brings_its_other_half() {
         }
     }
 }
+
+/// The part of a lamp that brings most, or all but that, is hidden: what is in the way has much to do with how bright the samples are.
+#[test]
+fn a_lamp_is_right_in_the_mean_where_its_brightest_part_is_hidden() {
+    let (x, y, h) = ([0.0, 0.6], [-0.02, 0.02], 0.3);
+    let lamp = horizontal(LightKind::Parallelogram, x, y, h);
+    let part = |x: [f64; 2]| rectangle_above(x, y.map(f64::from), f64::from(h));
+    for shadow_samples in [2, 4, 16, 64] {
+        let seeds = 60_000;
+        let [mut near, mut far] = [0.0; 2];
+        for seed in 0..seeds {
+            near += bring(lamp, shadow_samples, seed, |to| to.x < 0.2)[1] / seeds as f64;
+            far += bring(lamp, shadow_samples, seed, |to| to.x > 0.2)[1] / seeds as f64;
+        }
+        for (mean, exact) in [(near, part([0.0, 0.2])), (far, part([0.2, 0.6]))] {
+            assert!((mean / exact - 1.0).abs() < 6e-3, "{shadow_samples}: {mean} {exact}");
+        }
+    }
+}
+
+/// Where a sample may bring all of a light, nothing is dealt out.
+#[test]
+fn of_a_long_lamp_close_by_nothing_is_known() {
+    let lamp = horizontal(LightKind::Parallelogram, [0.0, 4.0], [-0.02, 0.02], 0.05);
+    let settings = Settings { samples: 1, shadow_samples: 64, ..Settings::default() };
+    let mut scene = Scene { settings, ..Scene::default() };
+    floor(&mut scene, matt(1.0));
+    scene.lights.push(lamp);
+    let (_, bundle) = first_bundle(&scene, 1);
+    assert_eq!(bundle.unshadowed(), None);
+}
