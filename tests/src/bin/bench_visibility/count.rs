@@ -7,6 +7,7 @@ use kiloray_core::block::{
     BlockSource, BlockView, Expanded, ExpandedNode, ExpandedTop, NoBlock, Vertices,
 };
 use kiloray_core::geometry::{PreparedRay, Ray};
+use kiloray_core::real::LANES;
 use kiloray_core::trace::{
     Crossings, Cursor, Kernel, Lanes, Met, Places, Query, Scalar, Search, TraceError, Tracer, Turn,
     Verdict,
@@ -34,6 +35,14 @@ impl Lanes for Counting<'_> {
     type Frame = <Scalar as Lanes>::Frame;
     type Ray = <Scalar as Lanes>::Ray;
     type Real = f32;
+
+    fn read(self, row: &[f32; LANES], first: usize) -> f32 {
+        Scalar.read(row, first)
+    }
+
+    fn read_whole(self, row: &[u32; LANES], first: usize) -> u32 {
+        Scalar.read_whole(row, first)
+    }
 
     fn count_from(self, first: u32) -> u32 {
         Scalar.count_from(first)
