@@ -24,11 +24,12 @@ impl Model {
         v: DVec3,
     ) {
         let Some(m) = self.materials.get(usize::from(material)) else { return };
-        let (radiance, reach, cone) = match m.emitter {
+        let (reach, cone) = match m.emitter {
             Emitter::None => return,
-            Emitter::Sampled { reach, cone } => (m.emission, reach, cone),
-            Emitter::Illum { radiance } => (radiance, f64::INFINITY, None),
+            Emitter::Sampled { reach, cone } => (reach, cone),
+            Emitter::Illum { .. } => (f64::INFINITY, None),
         };
+        let radiance = m.radiance();
         if radiance == DVec3::ZERO {
             return;
         }
@@ -38,11 +39,9 @@ impl Model {
 
     /// Whether surfaces of the material light others.
     pub(super) fn is_sampled(&self, material: u16) -> bool {
-        self.materials.get(usize::from(material)).is_some_and(|m| match m.emitter {
-            Emitter::None => false,
-            Emitter::Sampled { .. } => m.emission != DVec3::ZERO,
-            Emitter::Illum { radiance } => radiance != DVec3::ZERO,
-        })
+        self.materials
+            .get(usize::from(material))
+            .is_some_and(|m| m.emitter != Emitter::None && m.radiance() != DVec3::ZERO)
     }
 
     /// Whether surfaces of the material are nothing to hit.

@@ -194,6 +194,14 @@ impl Material {
             None => Ok(()),
         }
     }
+
+    /// What its surfaces shine with, seen or not.
+    pub(crate) fn radiance(&self) -> DVec3 {
+        match self.emitter {
+            Emitter::Illum { radiance } => radiance,
+            Emitter::None | Emitter::Sampled { .. } => self.emission,
+        }
+    }
 }
 
 /// What is wrong with a material, if anything.

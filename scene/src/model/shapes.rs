@@ -40,7 +40,8 @@ impl Model {
 
     /// Enters a source infinitely far in `towards`, of any length, that appears as a disc of full
     /// angle `angle` \[degrees\], up to 360 for a sky all around. Its radiance is the material's
-    /// emission. If the material does not light others it is only seen (reach 0).
+    /// emission: without any it is dropped and counted. If the material does not light others it is
+    /// only seen (reach 0).
     ///
     /// # Errors
     /// If direction or angle cannot be rendered.
@@ -60,11 +61,9 @@ impl Model {
             return Ok(());
         }
         let Some(m) = self.materials.get(usize::from(material)) else { return Ok(()) };
-        let radiance = match m.emitter {
-            Emitter::Illum { radiance } => radiance,
-            _ => m.emission,
-        };
+        let radiance = m.radiance();
         if radiance == DVec3::ZERO {
+            self.note("a source whose material emits nothing: left out");
             return Ok(());
         }
         let (reach, cone) = match m.emitter {

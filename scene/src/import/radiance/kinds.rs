@@ -3,8 +3,10 @@
 pub(super) enum Kind {
     Surface(Shape),
     Material(Stuff),
-    /// Changes colour or normal: passes on what it modifies.
+    /// Changes the colour: passes on what it modifies.
     Pattern,
+    /// Changes the normal: passes on what it modifies.
+    Texture,
     /// Mixes two modifiers.
     Mixture,
     Alias,
@@ -79,8 +81,9 @@ impl Kind {
             | b"transdata" | b"BSDF" | b"aBSDF" | b"prism1" | b"prism2" | b"ashik2"
             | b"WGMDfunc" => Self::Material(Stuff::Other),
             b"colorfunc" | b"brightfunc" | b"colordata" | b"brightdata" | b"colorpict"
-            | b"colortext" | b"brighttext" | b"texfunc" | b"texdata" | b"spectrum"
-            | b"specfile" | b"specfunc" | b"specdata" | b"specpict" => Self::Pattern,
+            | b"colortext" | b"brighttext" | b"spectrum" | b"specfile" | b"specfunc"
+            | b"specdata" | b"specpict" => Self::Pattern,
+            b"texfunc" | b"texdata" => Self::Texture,
             b"mixfunc" | b"mixdata" | b"mixpict" | b"mixtext" => Self::Mixture,
             b"alias" => Self::Alias,
             b"instance" => Self::Refused("an octree; name the .rad file that it was made from"),

@@ -4,7 +4,7 @@ use glam::DVec3;
 use kiloray_core::scene::MaterialKind;
 
 use super::kinds::Stuff;
-use super::names::{Modifier, Names};
+use super::names::Names;
 use super::reader::Arguments;
 use super::xform::Xform;
 use crate::import::Cause;
@@ -200,8 +200,9 @@ fn alternate(arguments: &Arguments, names: &Names) -> Result<Option<Material>, C
     let nothing = Material { kind: MaterialKind::Void, ..Material::default() };
     match names.get(name.as_bytes()) {
         None => Err(syntax(format!("the alternate material `{name}` is not defined before it"))),
-        Some(Modifier::Void) => Ok(Some(nothing)),
-        Some(other) => Ok(names.definition(other).map(|d| d.material.clone())),
+        Some(seen) => {
+            Ok(Some(names.definition(seen).map_or(nothing, |seen| seen.material.clone())))
+        }
     }
 }
 

@@ -4,11 +4,16 @@ use crate::model::{Material, Model, ModelError};
 
 /// What a modifier's name stands for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Modifier {
-    /// Nothing.
-    Void,
+pub(super) struct Modifier {
     /// A material, by its place in [`Names`].
-    Material(usize),
+    pub(super) material: Option<usize>,
+    /// A pattern changes the colours of what it modifies.
+    pub(super) pattern: bool,
+}
+
+impl Modifier {
+    /// Nothing.
+    pub(super) const VOID: Self = Self { material: None, pattern: false };
 }
 
 /// A material that was defined.
@@ -31,7 +36,7 @@ pub(in crate::import) struct Names {
 impl Names {
     /// `void` is known to all.
     pub(super) fn get(&self, name: &[u8]) -> Option<Modifier> {
-        if name == b"void" { Some(Modifier::Void) } else { self.by_name.get(name).copied() }
+        if name == b"void" { Some(Modifier::VOID) } else { self.by_name.get(name).copied() }
     }
 
     /// Defines a name anew.
@@ -44,21 +49,18 @@ impl Names {
 
     /// Defines a material. The same again, as each copy of an array brings it, is no new one.
     pub(super) fn define(&mut self, name: &[u8], material: Material, glow: bool) {
-        if let Some(Modifier::Material(i)) = self.by_name.get(name)
+        if let Some(Modifier { material: Some(i), .. }) = self.by_name.get(name)
             && self.definitions.get(*i).is_some_and(|d| d.material == material)
         {
             return;
         }
-        self.set(name, Modifier::Material(self.definitions.len()));
+        self.set(name, Modifier { material: Some(self.definitions.len()), ..Modifier::VOID });
         self.definitions.push(Definition { material, glow, index: None });
     }
 
     /// The definition behind a modifier.
     pub(super) fn definition(&self, modifier: Modifier) -> Option<&Definition> {
-        match modifier {
-            Modifier::Void => None,
-            Modifier::Material(i) => self.definitions.get(i),
-        }
+        modifier.material.and_then(|i| self.definitions.get(i))
     }
 
     /// Enters the material into the model, the first time, and gives its index; `None` for void.
@@ -67,8 +69,8 @@ impl Names {
         modifier: Modifier,
         model: &mut Model,
     ) -> Result<Option<u16>, ModelError> {
-        let Modifier::Material(i) = modifier else { return Ok(None) };
-        let Some(definition) = self.definitions.get_mut(i) else { return Ok(None) };
+        let definition = modifier.material.and_then(|i| self.definitions.get_mut(i));
+        let Some(definition) = definition else { return Ok(None) };
         if definition.index.is_none() {
             definition.index = Some(model.add_material(definition.material.clone())?);
         }

@@ -4,6 +4,8 @@ use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use glam::DVec3;
+
 use super::command::{self, Head, Pipe};
 use super::kinds::{Kind, Shape};
 use super::material::material;
@@ -13,7 +15,7 @@ use super::xform::Stage;
 use crate::import::error::{place, syntax};
 use crate::import::scan::{Words, number, shown};
 use crate::import::{Cause, ImportError, Limits, text};
-use crate::model::{Model, Place};
+use crate::model::{Material, Model, Place};
 
 /// The arguments of an object; integers are not kept, Radiance has no use for them.
 #[derive(Debug, Default)]
@@ -165,20 +167,29 @@ impl<'a> Reader<'a> {
                 let shown = [&shown(word)[..], &shown(name)];
                 let (material, glow) =
                     material(stuff, shown, arguments, &context.xform, names, model)?;
+                if modifier.pattern {
+                    say_plain(&material, model);
+                }
                 names.define(name, material, glow);
                 Ok(())
             }
-            Kind::Pattern => {
+            Kind::Pattern | Kind::Texture => {
                 model.note("a pattern or texture: left out, the plain material is used");
-                names.set(name, modifier);
+                let pattern = kind == Kind::Pattern;
+                if let Some(modified) = names.definition(modifier).filter(|_| pattern) {
+                    say_plain(&modified.material, model);
+                }
+                names.set(name, Modifier { pattern: pattern || modifier.pattern, ..modifier });
                 Ok(())
             }
             Kind::Mixture => {
                 model.note("a mixture: only its foreground is used");
                 let parts = arguments.strings.iter().take(2);
-                let mut parts = parts.filter_map(|part| names.get(part.as_bytes()));
-                let seen = parts.find(|m| *m != Modifier::Void).unwrap_or(modifier);
-                names.set(name, seen);
+                let parts = parts.filter_map(|part| names.get(part.as_bytes()));
+                let mut all = parts.chain([modifier]);
+                let pattern = all.clone().any(|part| part.pattern);
+                let material = all.find_map(|part| part.material);
+                names.set(name, Modifier { material, pattern });
                 Ok(())
             }
             Kind::Refused(what) => Err(syntax(format!("not read: it holds {what}"))),
@@ -317,6 +328,14 @@ impl Arguments {
             self.numbers.push(value);
         }
         Ok(())
+    }
+}
+
+/// Says of a light that it is not as bright as its pattern would make it.
+fn say_plain(material: &Material, model: &mut Model) {
+    if material.radiance() != DVec3::ZERO {
+        let text = "a light with a pattern: its brightness is not the real one, as the pattern is left out";
+        model.notes.add_named(text, &material.name);
     }
 }
 

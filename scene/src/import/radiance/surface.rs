@@ -76,13 +76,10 @@ pub(super) fn add(
                 // What only glows lights nothing from afar, as in Radiance's direct calculation.
                 if glow {
                     light.reach = 0.0;
-                }
-                if light.cone.take().is_some() {
+                    model.note("a glow as a source: seen, but lights nothing directly");
+                } else if light.cone.take().is_some() {
                     model.note("a spotlight as a source: lights everywhere, not only its beam");
                 }
-            }
-            if glow {
-                model.note("a glow as a source: seen, but lights nothing directly");
             }
         }
         _ => {}

@@ -473,6 +473,46 @@ l bubble c 0 0 4 9 0 0 -1
     );
 }
 
+/// A lamp as `ies2rad` writes it, a sky as `gensky`, and a pattern over a light.
+#[test]
+fn lights_with_patterns_are_said_not_to_have_their_brightness() {
+    let model = load(
+        "void texfunc bumps 4 a b c x.cal 0 0
+bumps light smooth 0 0 3 1 1 1
+void brightdata dist 5 flatcorr lamp.dat source.cal src_phi4 src_theta 0 1 1
+dist plastic paint 0 0 5 .5 .5 .5 0 0
+dist alias same dist
+same light lamp 0 0 3 2 2 2
+lamp sphere a 0 0 4 0 0 3 1
+void brightfunc skyfunc 2 skybr skybright.cal 0 1 1
+bumps texfunc more 4 a b c x.cal 0 0
+skyfunc texfunc both 4 a b c x.cal 0 0
+both glow sky 0 0 4 1 1 1 0
+sky source b 0 0 4 0 0 1 180
+smooth colorfunc tint 4 r g b x.cal 0 0
+void mixfunc mix 4 dist void f x.cal 0 0
+mix illum pane 1 paint 0 3 1 1 1
+dist light off 0 0 3 0 0 0
+dist sphere c 0 0 4 0 0 9 1
+",
+    );
+    let told: Vec<_> = model.notes.iter().map(ToString::to_string).collect();
+    let light = told.iter().find(|told| told.contains("light")).unwrap();
+    let ends = "a.rad:6: a light with a pattern: its brightness is not the real one, \
+                as the pattern is left out: `lamp`, `sky`, `smooth`, `pane` (4 times in all)";
+    assert!(light.ends_with(ends), "{told:?}");
+    assert_eq!(model.notes.count("a surface whose modifier is void: not seen, as in Radiance"), 1);
+}
+
+#[test]
+fn a_source_that_emits_nothing_is_said_to_be_left_out() {
+    let sources = "m source a 0 0 4 0 0 1 1\nvoid glow g 0 0 4 0 0 0 0\ng source b 0 0 4 0 0 1 1\n";
+    let model = load(&format!("{GREY}{sources}m sphere s 0 0 4 0 0 0 1\n"));
+    assert!(model.lights.is_empty());
+    assert_eq!(notes(&model), [("a source whose material emits nothing: left out", 2)]);
+    assert_eq!(model.notes.iter().next().map(|note| note.first.line), Some(2));
+}
+
 #[test]
 fn a_mirror_beside_lights_is_said_to_throw_no_light_on() {
     let mirror = "void mirror m 0 0 3 .8 .8 .8\nm sphere s 0 0 4 0 0 0 1\n";
