@@ -148,6 +148,12 @@ fn bad_files_get_an_error_of_one_line() {
         ("zero.obj", "v 0 0 0\nf 0 1 1\n", "zero.obj:2: there is no vertex 0"),
         ("far.obj", "v 0 0 0\nf 1 99999999999999999999 1\n", "is not the index"),
         ("norm.obj", "v 0 0 0\nf 1//1 1//2 1//3\n", "there is no normal 1"),
+        (
+            "tex.obj",
+            "v 0 0 0\nvt 0 0\nf 1/1 1/-1 1/7\n",
+            "tex.obj:3: there is no texture coordinate 7: 1 are defined before",
+        ),
+        ("uv.obj", "v 0 0 0\nf 1/xyz 1 1\n", "`xyz` is not the index of a texture coordinate"),
         ("word.obj", "v 0 zero 0\n", "word.obj:1: `zero` is not a number"),
         ("few.obj", "v 0 0\n", "`v` needs three numbers"),
         ("two.obj", "v 0 0 0\nf 1 1\n", "at least three corners"),

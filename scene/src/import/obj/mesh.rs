@@ -60,6 +60,8 @@ struct Mesh<'a, 'b> {
     first_vertex: usize,
     /// Its normals: the model's index, as those without a direction get none.
     normals: Vec<u32>,
+    /// Number of its texture coordinates: they are not used, but indices must be right.
+    textures: usize,
     material: Option<u16>,
     /// In a smoothing group.
     smoothing: bool,
@@ -79,6 +81,7 @@ impl<'a, 'b> Mesh<'a, 'b> {
             library,
             first_vertex,
             normals: Vec::new(),
+            textures: 0,
             material: None,
             smoothing: false,
             statements: 0,
@@ -143,7 +146,8 @@ impl<'a, 'b> Mesh<'a, 'b> {
             }
             b"s" => self.smoothing = !matches!(words.next(), None | Some(b"off" | b"0")),
             // They change nothing that is seen: textures are left out where materials name them.
-            b"vt" | b"vp" | b"g" | b"o" => {}
+            b"vt" => self.textures += 1,
+            b"vp" | b"g" | b"o" => {}
             b"p" | b"l" => self.model.note("points or lines: left out"),
             _ => return other(self.model, keyword),
         }
@@ -185,13 +189,14 @@ impl<'a, 'b> Mesh<'a, 'b> {
             let mut parts = word.splitn(3, |&b| b == b'/');
             let vertex = index(parts.next().unwrap_or_default(), vertices, "vertex")?;
             self.corners.push((self.first_vertex + vertex) as u32);
-            let normal = match parts.nth(1) {
-                Some(part) if !part.is_empty() => {
-                    let i = index(part, self.normals.len(), "normal")?;
-                    self.normals.get(i).copied().unwrap_or(NO_NORMAL)
-                }
-                _ => NO_NORMAL,
+            // Each may be left out.
+            let mut optional = |known, what| match parts.next() {
+                Some(part) if !part.is_empty() => index(part, known, what).map(Some),
+                _ => Ok(None),
             };
+            optional(self.textures, "texture coordinate")?;
+            let normal = optional(self.normals.len(), "normal")?;
+            let normal = normal.and_then(|i| self.normals.get(i).copied()).unwrap_or(NO_NORMAL);
             smooth &= normal != NO_NORMAL;
             named |= normal != NO_NORMAL;
             self.corner_normals.push(normal);

@@ -20,7 +20,9 @@ fn material(lines: &str) -> (Material, Model) {
 
 #[test]
 fn faces_name_vertices_from_both_ends() {
-    let model = load(&format!("{CORNERS}f 1 2 3\nf -4/1 -2/2 -1/3\nv 0 0 5\nf 1//  2 -1\n"));
+    let model = load(&format!(
+        "{CORNERS}vt 0 0\nvt 1 0\nvt 0 1 0\nf 1 2 3\nf -4/1 -2/2 -1/3\nv 0 0 5\nf 1//  2 -1\n"
+    ));
     let found: Vec<_> = model.triangles.iter().map(|t| t.vertices).collect();
     assert_eq!(found, [[0, 1, 2], [0, 2, 3], [0, 1, 4]]);
     assert_eq!(model.vertices.len(), 5, "a mesh shares its vertices");
