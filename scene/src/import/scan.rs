@@ -26,6 +26,11 @@ pub(super) fn shown(word: &[u8]) -> String {
     out
 }
 
+/// Space as in C, which has the vertical tab too.
+fn is_space(byte: u8) -> bool {
+    byte.is_ascii_whitespace() || byte == 0x0b
+}
+
 /// Reads a text word by word, and knows the line.
 #[derive(Debug)]
 pub(super) struct Words<'a> {
@@ -52,7 +57,7 @@ impl<'a> Words<'a> {
             } else if byte == b'\n' {
                 self.line += 1;
                 self.at += 1;
-            } else if byte.is_ascii_whitespace() || byte == 0x0b {
+            } else if is_space(byte) {
                 self.at += 1;
             } else {
                 return Some(byte);
@@ -73,10 +78,21 @@ impl<'a> Words<'a> {
                 return body.get(..end);
             }
         }
-        let end = rest.iter().position(|b| b.is_ascii_whitespace() || *b == 0x0b);
-        let word = rest.get(..end.unwrap_or(rest.len())).unwrap_or_default();
-        self.at += word.len();
-        Some(word)
+        Some(self.until(is_space))
+    }
+
+    /// The next number or count: a word that a comment ends too.
+    pub(super) fn value(&mut self) -> Option<&'a [u8]> {
+        self.peek(true)?;
+        Some(self.until(|byte| is_space(byte) || byte == b'#'))
+    }
+
+    /// What stands before the next byte that ends it.
+    fn until(&mut self, ends: impl Fn(u8) -> bool) -> &'a [u8] {
+        let rest = self.text.get(self.at..).unwrap_or_default();
+        let end = rest.iter().position(|&b| ends(b)).unwrap_or(rest.len());
+        self.at += end;
+        rest.get(..end).unwrap_or_default()
     }
 
     /// The rest of the line; a backslash at its end joins the next.

@@ -314,7 +314,7 @@ impl Arguments {
         }
         let integers = count(words)?;
         for found in 0..integers {
-            let word = words.word(true).ok_or_else(|| ends("integers", integers, found))?;
+            let word = words.value().ok_or_else(|| ends("integers", integers, found))?;
             number(word)?;
         }
         let numbers = count(words)?;
@@ -322,7 +322,7 @@ impl Arguments {
             return Err(Cause::Limit { what: "too many numbers", limit: most });
         }
         for found in 0..numbers {
-            let word = words.word(true).ok_or_else(|| ends("numbers", numbers, found))?;
+            let word = words.value().ok_or_else(|| ends("numbers", numbers, found))?;
             let value = number(word)
                 .map_err(|cause| behind(format!("number {} of {numbers}", found + 1), cause))?;
             self.numbers.push(value);
@@ -341,7 +341,7 @@ fn say_plain(material: &Material, model: &mut Model) {
 
 /// The length of a list.
 fn count(words: &mut Words<'_>) -> Result<u64, Cause> {
-    let word = words.word(true).ok_or_else(|| syntax("the file ends inside it"))?;
+    let word = words.value().ok_or_else(|| syntax("the file ends inside it"))?;
     let value = std::str::from_utf8(word).ok().and_then(|w| w.parse().ok());
     value.ok_or_else(|| syntax(format!("`{}` is not a count of arguments", shown(word))))
 }

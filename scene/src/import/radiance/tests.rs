@@ -391,6 +391,17 @@ fn quotes_comments_and_odd_spacing_are_read() {
     assert_eq!(model.spheres.len(), 1);
 }
 
+/// A comment ends a number, as in `fgetval`; in names and strings it is a sign as any other.
+#[test]
+fn a_comment_ends_a_number() {
+    let model = load(
+        "void brightfunc p#1 1 b#right 0#two\n0# none\n\
+         void plastic m#1\n0\n0#grey\n5#five\n.5 .5 .5#grey\n0 0#smooth\n\
+         m#1 sphere s#1 0 1 7#one\n4 0 0 0 1#\n",
+    );
+    assert_eq!((model.spheres.len(), &model.materials[0].name[..]), (1, "m#1"));
+}
+
 #[test]
 fn an_index_of_refraction_makes_sense_or_is_refused_where_it_stands() {
     let load = |line: &str| {
