@@ -181,7 +181,16 @@ fn bad_files_get_an_error_of_one_line() {
             "!xform self.rad\n",
             "self.rad: the file includes itself (included at self.rad:1)",
         ),
-        ("type.rad", "void plastik m 0 0 5 1 1 1 0 0\n", "`plastik` is not a type"),
+        (
+            "type.rad",
+            "void plastik m 0 0 5 1 1 1 0 0\n",
+            "type.rad:1: `plastik` is not a type of object",
+        ),
+        (
+            "more.rad",
+            "void plastic W\n0 0 5 1 1 1 0 0 99\nW sphere s 0 0 4 0 0 0 1\n",
+            "more.rad:3: `W` is not a type of object; `W` of line 1, before it, may have more arguments than it announces",
+        ),
         (
             "count.rad",
             "void plastic m\n0\n0\n4 1 1 1 0\n",

@@ -96,6 +96,7 @@ impl<'a> Reader<'a> {
         let mut words = Words::new(text);
         self.model.notes.set_place(Place { file: file.clone(), line: 0 });
         let mut things = 0u64;
+        let mut before = None;
         while let Some(first) = words.peek(true) {
             things += 1;
             let begin = words.line();
@@ -105,10 +106,12 @@ impl<'a> Reader<'a> {
                 let place = Place { file: file.clone(), line: begin };
                 let line = line.get(1..).unwrap_or_default();
                 self.command(line, path, &place, context)?;
+                before = None;
             } else {
-                self.object(&mut words, context).map_err(|cause| {
+                let name = self.object(&mut words, before, context).map_err(|cause| {
                     ImportError::new(Place { file: file.clone(), line: words.line() }, cause)
                 })?;
+                before = Some((name, begin));
             }
         }
         if things == 0 {
@@ -118,20 +121,33 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
-    /// Reads an object: modifier, type, name and arguments.
-    fn object(&mut self, words: &mut Words<'_>, context: &Context) -> Result<(), Cause> {
+    /// Reads an object: modifier, type, name and arguments. Gives its name; `before` is the name
+    /// and line of the one that ended where this begins.
+    fn object<'t>(
+        &mut self,
+        words: &mut Words<'t>,
+        before: Option<(&[u8], u64)>,
+        context: &Context,
+    ) -> Result<&'t [u8], Cause> {
         let modifier = words.word(true).unwrap_or_default();
         let word = words.word(true).ok_or_else(|| {
             syntax(format!("the file ends behind `{}`, where a type is expected", shown(modifier)))
         })?;
         let kind = Kind::of(word);
-        let kind =
-            kind.ok_or_else(|| syntax(format!("`{}` is not a type of object", shown(word))))?;
+        let kind = kind.ok_or_else(|| {
+            let mut text = format!("`{}` is not a type of object", shown(word));
+            // What is no modifier may be an argument that was not announced.
+            if let Some((name, line)) = before.filter(|_| self.names.get(modifier).is_none()) {
+                let name = shown(name);
+                text += &format!("; `{name}` of line {line}, before it, may have more arguments than it announces");
+            }
+            syntax(text)
+        })?;
         let name = words.word(true).ok_or_else(|| {
             syntax(format!("the file ends behind `{}`, where a name is expected", shown(word)))
         })?;
         if kind == Kind::Alias {
-            return self.alias(modifier, name, words);
+            return self.alias(modifier, name, words).map(|()| name);
         }
         let modifier = match (kind, &context.modifier) {
             (Kind::Surface(_), Some(forced)) => forced.as_slice(),
@@ -147,7 +163,8 @@ impl<'a> Reader<'a> {
             .and_then(|()| self.define(kind, modifier, [word, name], &arguments, context));
         self.arguments = arguments;
         made.map_err(|cause| behind(about(), cause))?;
-        self.limits.room(self.model)
+        self.limits.room(self.model)?;
+        Ok(name)
     }
 
     fn define(
