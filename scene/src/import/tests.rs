@@ -250,6 +250,26 @@ fn bad_files_get_an_error_of_one_line() {
     assert_eq!(none.error("missing.xyz"), "missing.xyz: no such file");
 }
 
+/// DOS ends a text with a byte of its own.
+#[test]
+fn an_end_of_file_that_is_written_is_no_text() {
+    let obj = format!("mtllib m.mtl\n{SQUARE}\x1a");
+    let rad = format!("{BALL}\x1a");
+    let names = [
+        ("a.obj", &obj[..]),
+        ("m.mtl", "newmtl a\n\x1a"),
+        ("b.rad", &rad),
+        ("v.vf", "rvu -vp 0 0 1\n\x1a"),
+    ];
+    let files = Files::new(&names);
+    let paths = ["a.obj", "b.rad", "v.vf"].map(|name| files.path(name));
+    let model = load(&paths, &ImportOptions { bare: true, ..ImportOptions::default() }).unwrap();
+    assert_eq!((model.triangles.len(), model.spheres.len(), model.views.len()), (2, 1, 1));
+    // Anywhere else it is a sign that nothing knows.
+    let inside = Files::new(&[("a.rad", &format!("\x1a\n{BALL}"))]);
+    assert!(inside.error("a.rad").starts_with("a.rad:2: "));
+}
+
 #[test]
 fn binary_files_are_refused() {
     for name in ["a.rad", "a.obj", "a.vf"] {

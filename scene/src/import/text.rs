@@ -7,7 +7,8 @@ use std::path::Path;
 use super::{Cause, Limits};
 
 /// Reads a file that is text: not larger than the limit, and without zero bytes. A byte order mark
-/// is left out; where carriage returns alone end lines, newlines do.
+/// and the end of the file that DOS writes are left out; where carriage returns alone end lines,
+/// newlines do.
 pub(super) fn read(path: &Path, limits: &Limits) -> Result<Vec<u8>, Cause> {
     let known = match fs::metadata(path) {
         Err(error) if error.kind() == io::ErrorKind::NotFound => return Err(Cause::Missing),
@@ -37,6 +38,7 @@ pub(super) fn read(path: &Path, limits: &Limits) -> Result<Vec<u8>, Cause> {
     if text.starts_with(b"\xef\xbb\xbf") {
         text.drain(..3);
     }
+    text.pop_if(|last| *last == 0x1a);
     if !text.contains(&b'\n') {
         text.iter_mut().filter(|b| **b == b'\r').for_each(|b| *b = b'\n');
     }
