@@ -27,7 +27,7 @@ pub(super) fn complete(model: &mut Model, upright: bool) {
         model.note("no light in the scene: a sky and a sun were added");
     } else if !lit(model) {
         model.note(
-            "nothing in the scene lights surfaces: what glows is seen, the rest stays dark; make it a `light`, or give the glow a reach",
+            "nothing in the scene lights surfaces: what glows is seen, the rest stays dark; take a `light` that shines outwards, or give the glow a reach",
         );
     }
 }

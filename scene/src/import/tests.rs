@@ -90,6 +90,7 @@ fn a_scene_that_only_glows_gets_no_default_light() {
         let told = notes(&model);
         let dark = |(text, _): &&(&str, u64)| text.starts_with("nothing in the scene lights");
         assert_eq!(told.iter().filter(dark).count(), 1, "{thing}: {told:?}");
+        assert!(told.iter().filter(dark).all(|(text, _)| text.contains("`light` that shines out")));
     }
     // A glow that nothing has, and black ones, are no light.
     let unused = format!("{BALL}{glow}void light l 0 0 3 0 0 0\nl sphere s 0 0 4 0 0 9 1\n");
