@@ -105,6 +105,15 @@ pub(crate) fn load(
             if stats.dropped == 1 { "time" } else { "times" },
         ));
     }
+    if stats.is_coarse() {
+        notes.push(format!(
+            "the scene reaches so far that 32 bits hold positions to {:.1e} only, more than a hundredth of the size of {} of {} surfaces: \
+             leave out what lies far away, and make a sun a `source`, not a sphere",
+            stats.coarse_error,
+            console::count(stats.coarse),
+            console::count(stats.triangles + stats.spheres),
+        ));
+    }
     let file = KiloFile::from_compiled(compiled);
     let (stats, summary) = (Some(stats), Some(summary));
     Ok(Scene { name, file, stats, summary, notes, told: Once::new(), quiet })

@@ -109,6 +109,7 @@ impl Run<'_> {
             "virtual_time_s": null,
             "efficiency": null,
             "surfaces": header.primitives,
+            "position_error": header.frame.position_error,
             "rays": {
                 "primary": report.counts.primary,
                 "shadow": report.counts.shadow,

@@ -325,3 +325,23 @@ fn an_interrupt_ends_it_and_leaves_nothing() {
     assert!(!folder.names().iter().any(|name| name.ends_with(".part")), "{:?}", folder.names());
     assert!(!folder.path().join("page").exists(), "an empty directory is left");
 }
+
+/// A sun as a sphere, and a box beside which nothing else is small.
+#[test]
+fn what_a_far_surface_does_to_the_others_is_said() {
+    let folder = Folder::new();
+    let boxes = "void plastic W 0 0 5 .5 .5 .5 0 0\n!genbox W b .8 .8 .8 | xform -t .1 .3 .2\n\
+                 void light S 0 0 3 1e4 1e4 1e4\n";
+    folder.file("far.rad", format!("{boxes}S sphere sun 0 0 4 3e6 -3e6 1e7 5e4\n"));
+    folder.file("near.rad", format!("{boxes}S source sun 0 0 4 3 -3 10 .5\n"));
+    let small = "--width 8 --samples 1 --json run.json";
+    for (name, is_told) in [("far", true), ("near", false)] {
+        let told = folder.run(&format!("render {name}.rad {small}")).done().err();
+        let run = json(&folder.path().join("run.json"));
+        let error = run["position_error"].as_f64().unwrap();
+        assert_eq!(error > 0.01, is_told, "{error}");
+        for says in ["note: the scene reaches so far", "to 3.0e-1 only", "12 of 13 surfaces"] {
+            assert_eq!(told.contains(says), is_told, "{told}");
+        }
+    }
+}

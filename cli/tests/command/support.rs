@@ -12,7 +12,7 @@ use serde_json::Value;
 use tempfile::TempDir;
 
 /// What scripts rely on in the JSON of any run: fields in fields behind dots.
-pub(crate) const FIELDS: [&str; 31] = [
+pub(crate) const FIELDS: [&str; 32] = [
     "version",
     "options",
     "image_hash",
@@ -22,6 +22,7 @@ pub(crate) const FIELDS: [&str; 31] = [
     "time_s",
     "virtual_time_s",
     "efficiency",
+    "position_error",
     "rays.primary",
     "rays.shadow",
     "rays.specular",

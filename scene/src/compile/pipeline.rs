@@ -96,6 +96,8 @@ pub fn compile(
         spheres: surfaces.spheres,
         void: surfaces.void,
         dropped: surfaces.dropped,
+        coarse: surfaces.coarse,
+        coarse_error: f64::from(surfaces.coarse_error) / place.scale(),
         block_bytes: options.block_bytes,
         blocks: number,
         used_bytes: blocks.used,

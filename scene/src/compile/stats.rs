@@ -18,6 +18,11 @@ pub struct Stats {
     pub void: u64,
     /// Others left out: they vanish when rounded to f32.
     pub dropped: u64,
+    /// Surfaces in the blocks that rounding to f32 can move by more than a hundredth of their size,
+    /// the longest side of their box: they are small beside the whole scene.
+    pub coarse: u64,
+    /// The most that it can move one of these [input units].
+    pub coarse_error: f64,
     /// Size of a block.
     pub block_bytes: usize,
     /// Blocks.
@@ -52,6 +57,13 @@ impl Stats {
     pub fn bytes_per_primitive(&self) -> f64 {
         (self.blocks * self.block_bytes as u64) as f64
             / (self.triangles + self.spheres).max(1) as f64
+    }
+
+    /// Whether rounding to f32 can show: in at least one of a hundred surfaces. A scene may have a few
+    /// that are tiny, and nobody sees those.
+    #[must_use]
+    pub fn is_coarse(&self) -> bool {
+        self.coarse > 0 && self.coarse * 100 >= self.triangles + self.spheres
     }
 
     /// Fills in what the surface-area heuristic expects.

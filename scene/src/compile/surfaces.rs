@@ -10,6 +10,10 @@ use super::frame::Placement;
 use super::options::CompileError;
 use crate::model::{Model, NO_NORMAL};
 
+/// The part of its size (the longest side of its box) by which a surface can move unnoticed: less than
+/// a pixel where it is 100 pixels large.
+const COARSE: f32 = 0.01;
+
 /// Marks the group of spheres; the rest of a group is the material.
 pub(crate) const GROUP_SPHERE: u32 = 1 << 16;
 
@@ -32,6 +36,10 @@ pub(crate) struct Surfaces {
     /// Left out: void ones, and the others.
     pub(crate) void: u64,
     pub(crate) dropped: u64,
+    /// Kept, and small beside their distance from the middle of the scene: rounding can move them by more than [`COARSE`] of their size.
+    pub(crate) coarse: u64,
+    /// The most that it can move one of these [scene units].
+    pub(crate) coarse_error: f32,
     /// Greatest distance from an input vertex to the stored one [scene units].
     pub(crate) error: f64,
 }
@@ -61,6 +69,8 @@ impl Surfaces {
             spheres: 0,
             void: 0,
             dropped: 0,
+            coarse: 0,
+            coarse_error: 0.0,
             error: 0.0,
         };
         let void: Vec<bool> =
@@ -130,6 +140,13 @@ impl Surfaces {
     }
 
     fn push(&mut self, group: u32, corners: [u32; 3], own: Aabb) {
+        let reach = own.min.abs().max(own.max.abs()).max_element();
+        // A number is rounded by at most half of the step to the next.
+        let error = reach * f32::EPSILON / 2.0;
+        if error > COARSE * (own.max - own.min).max_element() {
+            self.coarse += 1;
+            self.coarse_error = self.coarse_error.max(error);
+        }
         let primitive = self.corners.len() as u32;
         self.items.push(Item::new(primitive, group, own.min.to_array(), own.max.to_array()));
         self.corners.push(corners);

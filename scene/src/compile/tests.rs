@@ -11,7 +11,7 @@ use glam::DVec3;
 use oracle::check;
 
 use super::{Options, Stage, compile};
-use crate::model::{Material, Model, Sphere};
+use crate::model::{Material, Model, Sphere, Triangle};
 
 const SIZES: [usize; 7] = [1 << 10, 2 << 10, 4 << 10, 8 << 10, 16 << 10, 32 << 10, 64 << 10];
 
@@ -28,6 +28,48 @@ fn nothing_compiles_to_an_empty_root() {
     let compiled = compile(&Model::default(), &Options::default(), &mut ()).unwrap();
     assert_eq!((compiled.header().blocks, compiled.header().primitives), (1, 0));
     check_all(&Model::default());
+}
+
+/// A square of two triangles, and what makes its positions coarse.
+#[test]
+fn what_lies_far_away_moves_what_is_small() {
+    let corner = |x, y| DVec3::new(x, y, 0.3);
+    let [a, b, c, d] = [corner(0.1, 0.2), corner(1.1, 0.2), corner(1.1, 1.2), corner(0.1, 1.2)];
+    let with_sun = |far: f64, radius: f64| {
+        let mut model = shapes::soup(vec![[a, b, c], [a, c, d]]);
+        let center = DVec3::new(0.3, -0.3, 1.0) * far;
+        model.spheres = vec![Sphere { center, radius, material: 0, inward: false }];
+        check_all(&model);
+        let compiled = compile(&model, &Options::default(), &mut ()).unwrap();
+        let stats = compiled.stats;
+        assert!(
+            f64::from(compiled.summary.position_error) <= stats.coarse_error || !stats.is_coarse()
+        );
+        (stats.coarse, stats.is_coarse(), stats.coarse_error)
+    };
+    assert_eq!(with_sun(1e3, 5.0), (0, false, 0.0));
+    let (coarse, is_coarse, error) = with_sun(1e7, 5e4);
+    assert!(coarse == 2 && is_coarse && error > 0.1 && error < 1.0, "{coarse} {error}");
+    // The sphere, small beside its distance, moves too.
+    assert_eq!(with_sun(1e7, 5.0).0, 3);
+}
+
+/// Less than one of a hundred is not worth a word.
+#[test]
+fn a_few_tiny_surfaces_do_not_make_a_scene_coarse() {
+    let mut model = shapes::field(30);
+    let at = DVec3::new(29.123, 29.321, 9.7);
+    let tiny = shapes::soup(vec![[at, at + DVec3::X * 1e-5, at + DVec3::Y * 1e-5]]);
+    let first = model.vertices.len() as u32;
+    model.vertices.extend(tiny.vertices);
+    model.triangles.extend(
+        tiny.triangles.into_iter().map(|triangle| Triangle {
+            vertices: triangle.vertices.map(|v| v + first),
+            ..triangle
+        }),
+    );
+    let stats = compile(&model, &Options::default(), &mut ()).unwrap().stats;
+    assert!(stats.coarse == 1 && !stats.is_coarse(), "{}", stats.coarse);
 }
 
 #[test]

@@ -49,6 +49,7 @@ impl Run<'_> {
             "time_s": self.time_s,
             "mesh_s": self.render_s,
             "surfaces": header.primitives,
+            "position_error": header.frame.position_error,
             "blocks": {
                 "count": header.blocks,
                 "bytes": u64::from(header.blocks) * u64::from(header.block_bytes),

@@ -36,6 +36,7 @@ impl Run<'_> {
             "virtual_time_s": null,
             "efficiency": null,
             "surfaces": header.primitives,
+            "position_error": header.frame.position_error,
             "skipped": report::skipped_json(self.scene, &counts.shade),
             "messages": {
                 "count": total(messages.iter().map(|m| m.sent)),

@@ -35,6 +35,7 @@ impl Run<'_> {
             "virtual_time_one_node_s": self.done.baseline.map(|one| seconds(one.virtual_ns)),
             "efficiency": self.done.efficiency(),
             "surfaces": header.primitives,
+            "position_error": header.frame.position_error,
             "skipped": report::skipped_json(self.scene, &counts.shade),
             "messages": {
                 "count": report.messages.iter().map(|m| m.sent).sum::<u64>(),
