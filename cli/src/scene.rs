@@ -150,7 +150,12 @@ fn stem(path: &Path) -> String {
     path.file_stem().map_or_else(|| "scene".into(), |stem| stem.to_string_lossy().into_owned())
 }
 
-/// A file where there is one, or where the name looks like one; else a built-in scene.
+/// Whether the name is that of a file.
+pub(crate) fn is_file(name: &Path) -> bool {
+    matches!(source(name), Ok(Source::Compiled(_) | Source::File(_)))
+}
+
+/// A file where the name looks like one, with an extension or in a folder; else a built-in scene, else a file that is there.
 fn source(name: &Path) -> Outcome<Source> {
     let extension = name.extension().and_then(|e| e.to_str()).map(str::to_ascii_lowercase);
     let text = name.to_string_lossy();

@@ -7,6 +7,7 @@ mod compile;
 mod completions;
 mod division;
 mod engine;
+mod files;
 #[cfg(feature = "host")]
 mod host;
 mod html;
@@ -29,6 +30,7 @@ use crate::{
 
 /// Does what was typed.
 pub(crate) fn run(arguments: Arguments) -> Outcome {
+    arguments.command.as_ref().map_or(Ok(()), files::check)?;
     match arguments.command {
         None => welcome::run(),
         Some(Command::Render(render)) => render::run(&render),

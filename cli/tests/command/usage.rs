@@ -2,7 +2,7 @@
 
 use std::{fs, process::Stdio};
 
-use crate::support::Folder;
+use crate::support::{Folder, json};
 
 #[test]
 fn help_teaches() {
@@ -147,6 +147,44 @@ fn no_two_outputs_have_one_name() {
     // A device takes what several write.
     #[cfg(unix)]
     folder.run("compile cornell --json /dev/null").done();
+}
+
+/// It is refused before anything is read, by whatever name.
+#[test]
+fn no_output_goes_where_an_input_is() {
+    let folder = Folder::new();
+    let kept = ["t.obj", "in.rad", "v.vf", "a.png", "b.hdr", "p.json"];
+    for name in kept {
+        folder.file(name, "as it was");
+    }
+    fs::create_dir(folder.path().join("sub")).unwrap();
+    for (line, name) in [
+        ("render t.obj --json t.obj", "t.obj"),
+        ("render cornell --view v.vf --json sub/../v.vf", "v.vf"),
+        ("sim t.obj --trace ./t.obj", "t.obj"),
+        ("sim cornell --profile p.json --json p.json", "p.json"),
+        ("sweep in.rad --json in.rad", "in.rad"),
+        ("plan in.rad --json in.rad", "in.rad"),
+        ("compile v.vf in.rad --json in.rad", "in.rad"),
+        ("compare a.png b.hdr -o a.png", "a.png"),
+        ("compare a.png b.hdr --json b.hdr", "b.hdr"),
+        ("compare b.hdr b.hdr --mask a.png -o a.png", "a.png"),
+    ] {
+        folder.run(line).refused(2, &[name, "reads it"]);
+    }
+    #[cfg(unix)]
+    {
+        std::os::unix::fs::symlink(folder.path().join("t.obj"), folder.path().join("link.png"))
+            .unwrap();
+        folder.run("render t.obj -o link.png").refused(2, &["link.png", "reads it"]);
+    }
+    for name in kept {
+        assert_eq!(fs::read(folder.path().join(name)).unwrap(), b"as it was", "{name}");
+    }
+    // A built-in scene is no file, even if one is called as it is.
+    folder.file("cornell", "as it was");
+    folder.run("compile cornell --json cornell").done();
+    assert!(json(&folder.path().join("cornell"))["surfaces"].is_number());
 }
 
 #[test]

@@ -1,0 +1,99 @@
+//! The files that a command reads and those that it writes, as they were typed.
+
+use std::{
+    fs,
+    path::{Path, PathBuf},
+};
+
+use crate::{
+    args::{self, Command, Common, Profile, ViewChoice},
+    failure::{Failure, Outcome},
+    scene,
+};
+
+/// Files by what becomes of them.
+#[derive(Debug, Default)]
+struct Files<'a> {
+    read: Vec<&'a Path>,
+    written: Vec<&'a Path>,
+}
+
+/// Refuses a command that would write over what it reads, before it does either.
+pub(super) fn check(command: &Command) -> Outcome {
+    let Files { read, written } = Files::of(command);
+    // What is not there is nobody's input, and a device is not replaced.
+    let place = |path: &Path| fs::canonicalize(path).ok().filter(|place| place.is_file());
+    let read: Vec<_> = read.into_iter().filter_map(place).collect();
+    let over = written
+        .into_iter()
+        .find(|path| *path != Path::new("-") && place(path).is_some_and(|at| read.contains(&at)));
+    over.map_or(Ok(()), |path| {
+        Err(Failure::usage(format_args!(
+            "{}: this command reads it; give its output a place of its own",
+            path.display()
+        )))
+    })
+}
+
+impl<'a> Files<'a> {
+    fn of(command: &'a Command) -> Self {
+        let files = Self::default();
+        match command {
+            Command::Render(a) => files.scene(&a.scene).common(&a.common).writes(&a.output),
+            Command::Sim(a) => {
+                let files = files.scene(&a.scene).common(&a.common).profile(&a.mesh.profile);
+                files.writes(&a.output).writes(&a.trace)
+            }
+            #[cfg(feature = "host")]
+            Command::Host(a) => {
+                let files = files.scene(&a.scene).common(&a.common).reads(&a.config);
+                files.writes(&a.output).writes(&a.write_config)
+            }
+            Command::Sweep(a) => files.scene(&a.scene).common(&a.common).profile(&a.mesh.profile),
+            Command::Board(a) => {
+                let files = files.scene(&a.scene).common(&a.common).reads(&a.firmware);
+                files.writes(&a.output)
+            }
+            Command::Compile(a) => files.scene(&a.scene).writes(&a.output).writes(&a.json),
+            Command::Plan(a) => files.scene(&a.scene).profile(&a.mesh.profile).writes(&a.json),
+            Command::Compare(a) => {
+                let files = files.reads([&a.reference, &a.image]).reads(&a.mask);
+                files.writes(&a.output).writes(&a.json)
+            }
+            #[cfg(feature = "host")]
+            Command::Node(_) => files,
+            Command::LineNode(_)
+            | Command::Calibrate(_)
+            | Command::Scenes(_)
+            | Command::Completions(_) => files,
+        }
+    }
+
+    fn reads(mut self, paths: impl IntoIterator<Item = &'a PathBuf>) -> Self {
+        self.read.extend(paths.into_iter().map(PathBuf::as_path));
+        self
+    }
+
+    fn writes(mut self, paths: impl IntoIterator<Item = &'a PathBuf>) -> Self {
+        self.written.extend(paths.into_iter().map(PathBuf::as_path));
+        self
+    }
+
+    fn scene(self, args::Scene { scenes, .. }: &'a args::Scene) -> Self {
+        self.reads(scenes.iter().filter(|name| scene::is_file(name)))
+    }
+
+    fn common(mut self, common: &'a Common) -> Self {
+        if let Some(ViewChoice::Options(file)) = &common.view {
+            self.read.push(Path::new(file));
+        }
+        self.writes(&common.json)
+    }
+
+    fn profile(self, profile: &'a Profile) -> Self {
+        match profile {
+            Profile::File(path) => self.reads([path]),
+            Profile::Named(_) => self,
+        }
+    }
+}
