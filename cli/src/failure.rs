@@ -58,13 +58,22 @@ impl Failure {
         let cause = match error.kind() {
             Kind::NotFound => "no such file or directory".into(),
             Kind::PermissionDenied => "permission denied".into(),
-            Kind::StorageFull => "the disk is full; nothing was left behind".into(),
-            Kind::QuotaExceeded => "the disk quota is used up; nothing was left behind".into(),
+            Kind::StorageFull => "the disk is full".into(),
+            Kind::QuotaExceeded => "the disk quota is used up".into(),
             Kind::ReadOnlyFilesystem => "the file system is read-only".into(),
             Kind::IsADirectory => "is a directory, not a file".into(),
             _ => error.to_string(),
         };
         Self::file(path, cause)
+    }
+
+    /// The same, and what else is to be known of it.
+    pub(crate) fn and(self, more: &str) -> Self {
+        match self {
+            Self::Usage(message) => Self::Usage(format!("{message}; {more}")),
+            Self::Failed(message) => Self::Failed(format!("{message}; {more}")),
+            Self::ClosedPipe | Self::Printed => self,
+        }
     }
 
     /// The line.

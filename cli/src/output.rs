@@ -222,6 +222,7 @@ impl Output {
                 write(&mut out).and_then(|()| out.flush()).map_err(io)
             }
             Target::File(mut file, partial) => {
+                let io = |error| io(error).and("nothing of it was left behind");
                 let mut out = BufWriter::new(file.as_file_mut());
                 write(&mut out).and_then(|()| out.flush()).map_err(io)?;
                 drop(out);
@@ -255,7 +256,7 @@ mod tests {
             .unwrap()
             .write_with(|out| out.write_all(b"half").and(Err(io::ErrorKind::StorageFull.into())));
         assert!(
-            matches!(failed, Err(Failure::Failed(message)) if message.contains("disk is full"))
+            matches!(failed, Err(Failure::Failed(message)) if message.ends_with("out.txt: the disk is full; nothing of it was left behind"))
         );
         assert_eq!(fs::read(&path).unwrap(), b"first");
         drop(Output::create(&path).unwrap());

@@ -187,6 +187,16 @@ fn no_output_goes_where_an_input_is() {
     assert!(json(&folder.path().join("cornell"))["surfaces"].is_number());
 }
 
+/// What was complete before stays, and nobody says that it does not.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_disk_is_said_of_what_did_not_fit() {
+    let folder = Folder::new();
+    let run = folder.run("render cornell --width 8 --samples 1 -o a.png --json /dev/full");
+    run.refused(1, &["/dev/full: the disk is full"]);
+    assert_eq!(folder.names(), ["a.png"]);
+}
+
 #[test]
 fn a_report_goes_into_a_directory() {
     let folder = Folder::new();
