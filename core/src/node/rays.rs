@@ -357,9 +357,9 @@ impl<W: World> Node<'_, W> {
             self.note_unasked();
             return;
         };
+        let home = slot.ray.task().knows_hit() || slot.refusals >= most && limited;
         slot.refusals = slot.refusals.saturating_add(1);
         let helper = (slot.ray.task() == Task::Lights).then_some(slot.sent_to);
-        let home = slot.ray.task().knows_hit() || slot.refusals > most && limited;
         if home {
             slot.since = oldest;
             slot.run_at_home();

@@ -1,11 +1,12 @@
 //! Runs in which a seed chooses what happens next, with time.
 
-use super::super::{Figures, Node, Time, fetch};
+use super::super::slots::{RaySlot, Stage};
+use super::super::{Figures, Node, Time, World as _, fetch};
 use super::mesh::{Action, Setup, World, memory};
 use super::toy::{NO_ENDS, Toy};
 use super::{POINTS, SCHEDULES, Schedule};
 use crate::network::{Channel, HOST, NodeId, Port};
-use crate::protocol::{Item, Message, write};
+use crate::protocol::{Item, Message, ReturnAddress, write};
 use crate::store::Line;
 
 fn setup(topology: (&str, u32), schedule: Schedule) -> Setup {
@@ -218,6 +219,26 @@ fn who_asks_again_gets_a_block_once() {
     let (node, sent) = (&world.nodes[1], world.nodes[1].counts.sent.part.count);
     assert!(node.serves.is_empty() && node.outbox.is_empty());
     assert_eq!(sent, setup.toy.block_bytes.div_ceil(node.piece) as u64);
+}
+
+#[test]
+fn a_ray_runs_at_home_after_its_refusals_however_many_they_may_be() {
+    for most in [0, 1, 254, 255] {
+        let setup = Setup { refusals: most, ..setup(("line", 2), Schedule::Data) };
+        let (mut chunks, blocks) = memory(&setup);
+        let mut world = World::new(&setup, &mut chunks, &blocks);
+        let node = &mut world.nodes[0];
+        let ray = node.world.camera(0, &mut [0; 3]).unwrap();
+        let number = node.take_slot(RaySlot::new(ray, 0, 0)).unwrap();
+        for refusal in 0..=most {
+            let slot = &mut node.rays[usize::from(number)];
+            assert_eq!(slot.home, 0, "{refusal} of {most}");
+            slot.set_stage(Stage::Away);
+            let to = ReturnAddress::new(NodeId(0), number, slot.name());
+            node.on_refusal(&to, Time(0));
+        }
+        assert_eq!(node.rays[usize::from(number)].home, 1, "{most}");
+    }
 }
 
 #[test]
