@@ -100,6 +100,29 @@ fn a_point_that_fails_stops_no_other() {
 }
 
 #[test]
+fn a_scene_that_cannot_be_had_is_the_error_of_its_points() {
+    let folder = Folder::new();
+    for lights in ["1,100", "100,1"] {
+        let line = format!("sweep glass --over lights={lights} --nodes 2 {SMALL} --no-baseline");
+        folder.run(&format!("{line} -o out")).refused(1, &["1 of 2 points failed"]);
+        for row in &lines(&folder, "out/sweep.csv")[1..] {
+            let refused = row.join(",").contains("3 lights, and at most 1");
+            assert_eq!(refused, row[0] == "1", "{row:?}");
+        }
+        fs::remove_dir_all(folder.path().join("out")).unwrap();
+    }
+    // The size that memory gives is none that was asked for.
+    folder.run("compile cornell --block 16KiB -o c.kilo -q").done();
+    let line = format!("sweep c.kilo --each --over nodes=1 --over block=4KiB {SMALL}");
+    folder.run(&format!("{line} --no-baseline -o out")).refused(1, &["1 of 2 points failed"]);
+    assert!(lines(&folder, "out/sweep.csv")[2].join(",").contains("leave out --block"));
+    // Without any there is nothing to sweep over.
+    let line = format!("sweep glass --lights 1 --over nodes=1,2 {SMALL} -o none");
+    folder.run(&line).refused(1, &["3 lights, and at most 1"]);
+    assert!(!folder.names().contains(&"none".to_owned()));
+}
+
+#[test]
 fn senseless_sweeps_are_refused_in_one_line() {
     let folder = Folder::new();
     for (line, part) in [

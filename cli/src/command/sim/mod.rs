@@ -125,9 +125,18 @@ pub(super) fn why_incomplete(end: End) -> Option<String> {
 
 /// Reads and compiles the scene, in blocks that suit the nodes' memory.
 pub(super) fn load(sim: &args::Sim, quiet: bool) -> Outcome<Scene> {
-    let block = engine::default_block(Some(division::memory(&sim.common)));
-    let scene = scene::load(&sim.scene, sim.common.block, block, quiet)?;
+    let scene = scene::load(&sim.scene, sim.common.block, default_block(sim), quiet)?;
     Ok(scene.with_view(sim.common.view.as_ref()))
+}
+
+/// What [`load`] depends on, of the options that a sweep can vary: commands in which it is the same have the same blocks.
+pub(super) fn scene_key(sim: &args::Sim) -> (Option<u32>, u32, u32) {
+    let block = sim.common.block;
+    (block, block.unwrap_or_else(|| default_block(sim)), sim.scene.lights)
+}
+
+fn default_block(sim: &args::Sim) -> u32 {
+    engine::default_block(Some(division::memory(&sim.common)))
 }
 
 impl<'a> Run<'a> {

@@ -77,26 +77,26 @@ pub(super) fn run(sweep: &args::Sweep) -> Outcome {
     Ok(())
 }
 
-/// Compiles the scene once for each size of block that the points have.
-fn load(points: &mut [Point], quiet: bool) -> Outcome<Vec<Scene>> {
-    let mut scenes = Vec::new();
-    let mut known: BTreeMap<u32, usize> = BTreeMap::new();
+/// Compiles the scene once for all points that mean the same by it. An error belongs to its points, unless there are no others.
+fn load(points: &mut [Point], quiet: bool) -> Outcome<Vec<Outcome<Scene>>> {
+    let mut scenes: Vec<Outcome<Scene>> = Vec::new();
+    let mut known = BTreeMap::new();
     for point in points {
-        let block = point.block();
-        point.scene = match known.get(&block) {
-            Some(&index) => index,
-            None => {
-                let scene = sim::load(&point.sim, quiet)?;
-                if scenes.is_empty() {
-                    scene.print_notes(quiet);
-                }
-                scenes.push(scene);
-                known.insert(block, scenes.len() - 1);
-                scenes.len() - 1
+        point.scene = *known.entry(sim::scene_key(&point.sim)).or_insert(scenes.len());
+        if point.scene == scenes.len() {
+            let scene = sim::load(&point.sim, quiet);
+            if let Ok(scene) = &scene
+                && scenes.iter().all(Result::is_err)
+            {
+                scene.print_notes(quiet);
             }
-        };
+            scenes.push(scene);
+        }
     }
-    Ok(scenes)
+    match scenes.iter().position(Result::is_ok) {
+        Some(_) => Ok(scenes),
+        None => scenes.into_iter().map(|scene| scene.map(Ok)).collect(),
+    }
 }
 
 /// What a thread does.
@@ -113,31 +113,29 @@ enum Ended {
     Mesh(Result<Box<Done>, String>),
 }
 
-fn simulate_all(points: &[Point], scenes: &[Scene], sweep: &args::Sweep) -> Vec<Row> {
-    let options: Vec<_> =
-        points.iter().map(|point| sim::options(&point.sim, &scenes[point.scene])).collect();
+fn simulate_all(points: &[Point], scenes: &[Outcome<Scene>], sweep: &args::Sweep) -> Vec<Row> {
+    let prepare = |point: &Point| {
+        let words = |failure: &Failure| failure.message().to_owned();
+        let scene = scenes[point.scene].as_ref().map_err(words)?;
+        sim::options(&point.sim, scene).map(|options| (scene, options)).map_err(|f| words(&f))
+    };
+    let prepared: Vec<Result<(&Scene, Options), String>> = points.iter().map(prepare).collect();
     // A baseline serves all points that differ in the mesh only.
-    let mut ones: Vec<(usize, Options)> = Vec::new();
+    let mut ones: Vec<(usize, &Scene, Options)> = Vec::new();
     let mut one_of = vec![None; points.len()];
     if !sweep.no_baseline {
-        for ((point, options), one_of) in points.iter().zip(&options).zip(&mut one_of) {
-            let Some(one) = options.as_ref().ok().and_then(|o| sim::baseline(o).ok()) else {
-                continue;
-            };
-            let one = (point.scene, one);
-            let place = ones.iter().position(|other| *other == one);
+        for ((point, prepared), one_of) in points.iter().zip(&prepared).zip(&mut one_of) {
+            let Ok((scene, options)) = prepared else { continue };
+            let Ok(one) = sim::baseline(options) else { continue };
+            let place = ones.iter().position(|(of, _, other)| (*of, other) == (point.scene, &one));
             *one_of = place.or_else(|| {
-                ones.push(one);
+                ones.push((point.scene, scene, one));
                 Some(ones.len() - 1)
             });
         }
     }
-    let mut jobs: Vec<_> =
-        ones.iter().map(|(scene, one)| Job::Baseline(&scenes[*scene], one)).collect();
-    let meshes = points.iter().zip(&options);
-    jobs.extend(meshes.filter_map(|(point, options)| {
-        options.as_ref().ok().map(|options| Job::Mesh(&scenes[point.scene], options))
-    }));
+    let mut jobs: Vec<_> = ones.iter().map(|(_, scene, one)| Job::Baseline(scene, one)).collect();
+    jobs.extend(prepared.iter().flatten().map(|(scene, options)| Job::Mesh(scene, options)));
     let bar = Progress::new("simulating", jobs.len() as u64, sweep.common.quiet);
     let done = AtomicU64::new(0);
     let ended = pool::run(&jobs, sweep.common.threads, |job| {
@@ -154,15 +152,15 @@ fn simulate_all(points: &[Point], scenes: &[Scene], sweep: &args::Sweep) -> Vec<
         .take(ones.len())
         .map(|ended| if let Ok(Ended::Baseline(one)) = ended { one } else { None })
         .collect();
-    let rows = points.iter().zip(&options).zip(one_of).map(|((point, options), one)| {
-        let options = match options {
-            Ok(options) => options,
-            Err(failure) => return Row::failed(point, failure.message()),
+    let rows = points.iter().zip(&prepared).zip(one_of).map(|((point, prepared), one)| {
+        let (scene, options) = match prepared {
+            Ok(prepared) => prepared,
+            Err(error) => return Row::failed(point, error),
         };
         match ended.next() {
             Some(Ok(Ended::Mesh(Ok(mut done)))) => {
                 done.baseline = one.and_then(|one| baselines.get(one).copied().flatten());
-                Row::done(point, &scenes[point.scene], options, &done)
+                Row::done(point, scene, options, &done)
             }
             Some(Ok(Ended::Mesh(Err(error))) | Err(error)) => Row::failed(point, &error),
             _ => Row::failed(point, "not run"),

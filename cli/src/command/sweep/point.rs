@@ -2,7 +2,6 @@ use std::ffi::OsString;
 
 use crate::{
     args::{self, Sim},
-    command::{division, engine},
     failure::{Failure, Outcome},
 };
 
@@ -26,14 +25,6 @@ pub(super) fn heads(sweep: &args::Sweep) -> Vec<&str> {
         return vec!["over", "value"];
     }
     sweep.over.iter().map(|axis| axis.option.as_str()).collect()
-}
-
-impl Point {
-    /// Bytes of a block.
-    pub(super) fn block(&self) -> u32 {
-        let memory = division::memory(&self.sim.common);
-        self.sim.common.block.unwrap_or_else(|| engine::default_block(Some(memory)))
-    }
 }
 
 /// All points, the last axis counting fastest. Every value is looked at before the first run.
