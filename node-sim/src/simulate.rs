@@ -248,7 +248,11 @@ fn report<W: World + Send>(
         profile: options.profile.name.to_string(),
         virtual_ns: run.now,
         messages: MessageReport::of(&totals.counts),
-        timeline: take(&mut run.timeline).finish(run.now, mesh.nodes()),
+        timeline: take(&mut run.timeline).finish(
+            run.now,
+            mesh.nodes(),
+            faults.crashes.iter().map(|crash| crash.at_ns),
+        ),
         latencies: run.watch.waits().latencies(),
         faults,
         tiles: run.host.actor.ledger.counts().into(),

@@ -20,6 +20,8 @@ pub struct Sample {
     pub waiting: f64,
     /// Nodes without work, on average.
     pub idle: f64,
+    /// Nodes that had crashed, on average.
+    pub dead: f64,
     /// Rays that all nodes together held for later, the most in this step.
     pub stored: u64,
     /// Bytes sent on links, headers included.

@@ -22,6 +22,8 @@ struct Step {
     useful: u64,
     /// Node time waiting \[ns\].
     waiting: u64,
+    /// Node time after a crash \[ns\].
+    dead: u64,
     stored: u64,
     link_bytes: u64,
     pixels: u64,
@@ -69,19 +71,29 @@ impl TimelineRecorder {
         self.at(at).pixels = pixels;
     }
 
-    /// The time line of so many nodes, until `end`.
-    pub(crate) fn finish(mut self, end: u64, nodes: u16) -> Timeline {
+    /// The time line of so many nodes, until `end`, of which some died at these times.
+    pub(crate) fn finish(
+        mut self,
+        end: u64,
+        nodes: u16,
+        deaths: impl Iterator<Item = u64>,
+    ) -> Timeline {
         self.at(end.saturating_sub(1));
+        for at in deaths {
+            self.spread(at, end, |step, ns| step.dead += ns);
+        }
         let step_ns = 1 << self.power;
         let used = end.div_ceil(step_ns) as usize;
         let samples = self.steps.iter().take(used).enumerate().map(|(index, step)| {
             let length = (end - index as u64 * step_ns).min(step_ns) as f64;
-            let (busy, waiting) = (step.busy as f64 / length, step.waiting as f64 / length);
+            let [busy, waiting, dead] =
+                [step.busy, step.waiting, step.dead].map(|ns| ns as f64 / length);
             Sample {
                 busy,
                 useful: step.useful as f64 / length,
                 waiting,
-                idle: (f64::from(nodes) - busy - waiting).max(0.0),
+                idle: (f64::from(nodes) - busy - waiting - dead).max(0.0),
+                dead,
                 stored: step.stored,
                 link_bytes: step.link_bytes,
                 pixels: step.pixels,
@@ -113,6 +125,7 @@ impl TimelineRecorder {
                     busy: a.busy + b.busy,
                     useful: a.useful + b.useful,
                     waiting: a.waiting + b.waiting,
+                    dead: a.dead + b.dead,
                     stored: a.stored.max(b.stored),
                     link_bytes: a.link_bytes + b.link_bytes,
                     pixels: b.pixels,
@@ -149,14 +162,17 @@ mod tests {
                 _ => {}
             }
         }
-        let line = line.finish(end, 2);
+        let line = line.finish(end, 3, [end / 3].into_iter());
         assert!(line.samples.len() <= STEPS && line.samples.len() as u64 * line.step_ns >= end);
         let bytes: u64 = line.samples.iter().map(|sample| sample.link_bytes).sum();
         assert_eq!(bytes, 7 * 3 * 1024);
         for sample in &line.samples {
             assert!((sample.busy, sample.useful, sample.waiting) == (0.5, 0.125, 0.25));
-            assert!((sample.idle - 1.25).abs() < 1e-9, "{sample:?}");
+            assert!((sample.idle + sample.dead - 2.25).abs() < 1e-9, "{sample:?}");
         }
+        // Those who are dead are not without work.
+        let dead: f64 = line.samples.iter().map(|sample| sample.dead).sum();
+        assert_eq!(dead * line.step_ns as f64, f64::from(2 << 20));
         let at = |ns: u64| line.samples[(ns / line.step_ns) as usize];
         let stored = [900_000, 1_100_000, 1_900_000, 2_500_000].map(|ns| at(ns).stored);
         assert_eq!(stored, [0, 5, 5, 3]);

@@ -119,6 +119,7 @@ pub(super) fn report(topology: &Topology) -> Report {
                     useful: f64::from(n) * 0.6,
                     waiting: f64::from(n) * 0.2,
                     idle: f64::from(n) * 0.1,
+                    dead: 0.0,
                     stored: i * 3,
                     link_bytes: i * 1000,
                     pixels: i * 40,

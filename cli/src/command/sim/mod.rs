@@ -36,6 +36,10 @@ use crate::{
     scene::{self, Scene},
 };
 
+/// A loss of links above one in so many, and a jitter above so many latencies, is what a run that does not end is put down to.
+const LOSS_HEAVY: u64 = 5;
+const JITTER_HEAVY: u64 = 100;
+
 /// A run, and all that is told of it.
 pub(super) struct Run<'a> {
     pub(super) sim: &'a args::Sim,
@@ -100,7 +104,7 @@ pub(super) fn run(sim: &args::Sim) -> Outcome {
     if !quiet && !to_standard {
         summary::print(&run, &path)?;
     }
-    match why_incomplete(done.outcome.end) {
+    match why_incomplete(done.outcome.end, &options) {
         Some(why) => {
             Err(Failure::new(format_args!("{why}; what was rendered is in {}", path.display())))
         }
@@ -112,15 +116,33 @@ pub(super) fn run(sim: &args::Sim) -> Outcome {
 }
 
 /// Why there is no picture, or only a part of one.
-pub(super) fn why_incomplete(end: End) -> Option<String> {
+pub(super) fn why_incomplete(end: End, options: &Options) -> Option<String> {
     match end {
         End::Complete => None,
         End::Cancelled => Some("interrupted".into()),
         End::Lost(block) => Some(Why::NoneLives.lost(block)),
         End::Stuck => {
-            Some("nothing moves any more, a mistake of Kiloray: please report the command".into())
+            let why = match heavy(options).as_slice() {
+                [] => "a mistake of Kiloray: please report the command".to_owned(),
+                faults => format!(
+                    "too many packets are lost or late: give less of {}",
+                    faults.join(" and ")
+                ),
+            };
+            Some(format!("nothing moves any more, {why}"))
         }
     }
+}
+
+/// Faults of links that were asked for, and may be more than a run survives: one packet in five lost, or a delay of many times the latency.
+fn heavy(options: &Options) -> Vec<&'static str> {
+    let (faults, latency) = (&options.faults, options.link.latency);
+    let loss = u64::from(faults.loss.count) * LOSS_HEAVY > faults.loss.of.into();
+    let jitter = faults.jitter > latency.saturating_mul(JITTER_HEAVY);
+    [("--loss", loss), ("--jitter", jitter)]
+        .into_iter()
+        .filter_map(|(name, heavy)| heavy.then_some(name))
+        .collect()
 }
 
 /// Reads and compiles the scene, in blocks that suit the nodes' memory.
@@ -157,7 +179,7 @@ impl<'a> Run<'a> {
         self.done.outcome.report.links.iter().max_by_key(|link| link.busy_ns)
     }
 
-    /// What no run of these nodes and links can be faster than.
+    /// See [`bounds`].
     fn bounds(&self) -> Vec<(String, u64)> {
         bounds(&self.done.outcome.report, self.done.baseline.as_ref(), self.cut.as_ref())
     }

@@ -23,7 +23,7 @@ pub(super) fn page(run: &Run<'_>, shown: &Shown<'_>) -> String {
     let report = &outcome.report;
     let mut page = Page::new(&format!("{} on {}", run.scene.name, run.topology));
     page.soft(summary::mesh(run));
-    if let Some(why) = why_incomplete(outcome.end) {
+    if let Some(why) = why_incomplete(outcome.end, run.options) {
         mesh::incomplete(&mut page, &why);
     }
     page.cards(&cards(run));

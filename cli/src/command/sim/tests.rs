@@ -171,3 +171,18 @@ fn topologies_follow_the_nodes_and_the_other_way_round() {
     assert_eq!(of("--topology hypercube --nodes 16"), (16, "hypercube".into()));
     assert_eq!(of("--topology tree:3"), (64, "tree:3".into()));
 }
+
+#[test]
+fn heavy_faults_of_links_are_named_where_nothing_moves() {
+    for (line, part) in [
+        ("", "mistake of Kiloray"),
+        ("--loss 1/5 --jitter 10us", "mistake of Kiloray"),
+        ("--loss 0.9", "less of --loss"),
+        ("--loss 0.9 --jitter 10s", "less of --loss and --jitter"),
+    ] {
+        with_run(line, End::Stuck, |run| {
+            let why = why_incomplete(run.done.outcome.end, run.options).unwrap();
+            assert!(why.contains(part), "{line}: {why}");
+        });
+    }
+}

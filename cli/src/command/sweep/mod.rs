@@ -178,7 +178,7 @@ fn one(job: &Job<'_>) -> Ended {
         Job::Mesh(scene, options) => {
             let ended = simulate(&scene.file.view(), options, &control);
             Ended::Mesh(match ended {
-                Ok(outcome) => match sim::why_incomplete(outcome.end) {
+                Ok(outcome) => match sim::why_incomplete(outcome.end, options) {
                     None => Ok(Box::new(Done::of_point(outcome))),
                     Some(why) => Err(why),
                 },
