@@ -144,7 +144,7 @@ pub(crate) struct Sim {
     pub(crate) mesh: Mesh,
     #[command(flatten)]
     pub(crate) common: Common,
-    /// Write what each node did, and when, for Perfetto (ui.perfetto.dev)
+    /// Write what each node did, and when, for Perfetto (ui.perfetto.dev): a slice for each step, called by what took most of it
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath, help_heading = "Report")]
     pub(crate) trace: Option<PathBuf>,
     /// Leave out the one-node run that efficiency is measured against

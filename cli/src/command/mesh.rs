@@ -247,7 +247,7 @@ pub(super) fn memory(page: &mut Page, lines: &[Line<'_>]) {
     let heads =
         ["line", "items planned", "most in use", "bytes planned", "most in use", "of the plan"];
     page.table(&heads, &rows);
-    page.soft("'Most in use' is of the node that had the most in this line.");
+    page.soft("Each line, what is planned and what was in use, is of the node that had the most of it in use: not all are of one node.");
 }
 
 /// Rays by kind, and what was skipped.

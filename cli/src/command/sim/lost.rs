@@ -66,7 +66,8 @@ fn refused_share(report: &Report) -> f64 {
     (in_vain as f64 / handled(None).max(1) as f64).min(1.0)
 }
 
-/// What no run of these nodes and links can be faster than, by name \[ns\].
+/// What no run of these nodes and links can be faster than, by name \[ns\]; the first, the work of a run that divides picture and memory in another way,
+/// but for a few per cent.
 pub(in crate::command) fn bounds(
     report: &Report,
     baseline: Option<&Baseline>,

@@ -95,10 +95,15 @@ fn lost_time(page: &mut Page, run: &Run<'_>) {
             percent(loss.part)
         ));
     }
-    page.soft(
-        "Of all nodes' time, from the first event to the last pixel. Efficiency is what one node \
-         of the same profile, with the whole scene in its memory, needs for the same picture.",
-    );
+    page.soft("Of all nodes' time, from the first event to the last pixel.");
+    if run.done.efficiency().is_some() {
+        page.soft(
+            "Efficiency is what one node of the same profile, with the whole scene in its memory, \
+             needs for the same picture. As it divides that memory in its own way, what it needs \
+             can be a few per cent more than the work of the mesh where pictures are small: then \
+             efficiency can exceed 1.",
+        );
+    }
 }
 
 fn lower_bounds(page: &mut Page, run: &Run<'_>) {
@@ -111,6 +116,11 @@ fn lower_bounds(page: &mut Page, run: &Run<'_>) {
     rows.push(Bar::new("measured", duration(report.virtual_ns), report.virtual_ns as f64));
     page.heading("Lower bounds, and what was measured");
     page.bars(&rows);
+    if run.done.baseline.is_some() {
+        page.soft(
+            "The work of one node is that of another run, with other tiles: a bound but for a few per cent.",
+        );
+    }
 }
 
 fn messages(page: &mut Page, run: &Run<'_>) {

@@ -40,7 +40,7 @@ pub(super) fn draw(page: &mut Page, run: &Run<'_>, layout: &Layout) {
     own("idle: waiting for room to send", &percent, &|n| alive(n, n.time.idle_credit));
     own("idle: without work", &percent, &|n| alive(n, n.time.idle_work));
     own("communicating", &percent, &|n| {
-        Some(time(n.time.messages + n.time.copies + n.time.checks + n.time.forwards))
+        alive(n, n.time.messages + n.time.copies + n.time.checks + n.time.forwards)
     });
     own("cache hits", &percent, &|n| {
         let cache = &n.counts.cache;
