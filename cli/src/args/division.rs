@@ -27,16 +27,16 @@ pub(crate) struct Division {
     /// Which rays fetch blocks, and which go to them: hybrid (only specular rays go), demand (all fetch), data (all go)
     #[arg(long, value_name = "S", value_enum, default_value_t = Schedule::Hybrid, help_heading = "Work")]
     pub(crate) schedule: Schedule,
-    /// Who traces shadow rays, where they fetch: the node that found what they start from (keep), or also idle nodes, sent by the master (offer) or asking others (steal)
+    /// Who traces shadow rays, where they fetch: the node that found what they start from (keep), or also idle nodes, sent by the master (offer) or asking others (steal) [default: offer]
     #[arg(long, value_name = "S", value_enum, help_heading = "Work")]
     pub(crate) shadow: Option<Shadow>,
-    /// Where the hits of rays are shaded, and wait for their shadow rays and reflections: with the node that found them (finder), or with the one that owns what was hit (owner)
+    /// Where the hits of rays are shaded, and wait for their shadow rays and reflections: with the node that found them (finder), or with the one that owns what was hit (owner) [default: finder]
     #[arg(long, value_name = "P", value_enum, help_heading = "Work")]
     pub(crate) points: Option<Points>,
     /// How many blocks are fetched ahead for a bundle of shadow rays: all that its pyramid touches, up to 16, the K nearest, or none [default: 0]
     #[arg(long, value_name = "all|K|0", allow_hyphen_values = true, help_heading = "Work")]
     pub(crate) prefetch: Option<Prefetch>,
-    /// Which of the waiting rays goes on first: that of the oldest path, or the one whose block came first
+    /// Which of the waiting rays goes on first: that of the oldest path, or the one whose block came first [default: ready]
     #[arg(long, value_name = "O", value_enum, help_heading = "Work")]
     pub(crate) task_order: Option<TaskOrder>,
     /// Side of a tile, the unit in which pixels are handed out [default: by picture, nodes and memory]
@@ -52,7 +52,7 @@ pub(crate) struct Division {
     /// Which node owns which blocks: subtrees of equal bytes, or each block in turn
     #[arg(long, value_name = "P", value_enum, default_value_t = Placement::Subtrees, help_heading = "Data")]
     pub(crate) placement: Placement,
-    /// How much of the top of the tree lies with every node: bytes (16KiB) or a number of blocks [default: one in 64, of which as many as fit a
+    /// How much of the top of the tree lies with every node: bytes (16KiB) or a number of blocks, the one at the root in any case [default: one in 64, of which as many as fit a
     /// sixteenth of the memory where they take part of it]
     #[arg(long, value_name = "SIZE|N", allow_hyphen_values = true, help_heading = "Data")]
     pub(crate) top: Option<Top>,
@@ -63,7 +63,7 @@ pub(crate) struct Division {
     #[arg(long, value_name = "K", default_value_t = 1, value_parser = replicas, allow_hyphen_values = true, help_heading = "Data")]
     pub(crate) block_replicas: u32,
 
-    /// Greatest packet with its header
+    /// Greatest packet with its header, up to 65535B [default: a block, or a part of one, as the memory allows]
     #[arg(long, value_name = "SIZE", value_parser = packet, allow_hyphen_values = true, help_heading = "Links")]
     pub(crate) packet: Option<u32>,
 }

@@ -37,7 +37,7 @@ pub(crate) struct Mesh {
     /// Greatest age of messages that wait for others to the same node, to share a packet with them [default: as long as two packets take over a link]
     #[arg(long, value_name = "TIME", value_parser = parse_link_time, allow_hyphen_values = true, help_heading = "Links")]
     pub(crate) bundle: Option<u64>,
-    /// Whether a router waits for a whole packet (store) or passes on its head at once (cut)
+    /// Whether a router waits for a whole packet (store) or passes on its head at once (cut) [default: cut]
     #[arg(long, value_name = "S", value_enum, help_heading = "Links")]
     pub(crate) switching: Option<Switching>,
 
@@ -317,10 +317,9 @@ pub(super) fn replicas(text: &str) -> Result<u32, String> {
 }
 
 pub(super) fn packet(text: &str) -> Result<u32, String> {
-    let wrong = "a packet has 128B to 64KiB";
-    parse_bytes(text).and_then(|bytes| u32::try_from(bytes).map_err(|_| wrong.into())).and_then(
-        |bytes| if (128..=65_536).contains(&bytes) { Ok(bytes) } else { Err(wrong.into()) },
-    )
+    let bytes = parse_bytes(text)?;
+    let fits = (128..=u64::from(u16::MAX)).contains(&bytes);
+    if fits { Ok(bytes as u32) } else { Err(format!("a packet has 128B to {}B", u16::MAX)) }
 }
 
 #[cfg(test)]

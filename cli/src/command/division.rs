@@ -47,8 +47,7 @@ pub(super) fn with(
     division: &Division,
     file: &KiloView<'_>,
 ) -> Outcome<MeshOptions> {
-    let packet = |packet: u32| packet.min(u16::MAX.into()) as u16;
-    options.packet = division.packet.map_or(options.packet, packet);
+    options.packet = division.packet.map_or(options.packet, |packet| packet as u16);
     options.schedule = match division.schedule {
         args::Schedule::Hybrid => node::Schedule::Hybrid,
         args::Schedule::Demand => node::Schedule::Demand,

@@ -161,6 +161,7 @@ fn senseless_meshes_are_refused_in_one_line() {
         ("--slow 1:2,1:3 --nodes 2", "two factors"),
         ("--block-replicas 9 --nodes 4", "at most 4"),
         ("--packet 10", "128B"),
+        ("--packet 64KiB", "65535B"),
         ("--link-bandwidth fast", "1GB/s"),
         ("--link-latency 1000000s", "0 to 10s"),
         ("--jitter 11s", "0 to 10s"),
@@ -175,7 +176,7 @@ fn senseless_meshes_are_refused_in_one_line() {
     }
     for (line, part) in [
         ("--memory 1KiB", "needed"),
-        ("--memory 64KiB --packet 64KiB", "messages"),
+        ("--memory 64KiB --packet 63KiB", "messages"),
         ("--trace nowhere/t.json", "nowhere"),
     ] {
         folder.run(&format!("sim cornell {SMALL} --nodes 4 {line}")).refused(1, &[part]);
