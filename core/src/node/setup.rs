@@ -85,7 +85,7 @@ const FULL: u8 = 3;
 impl Setup {
     /// The version of this layout: whatever changes it raises it. (1 had a view in place of the camera, and a schedule alone as its policy; 2
     /// did not say where points live, and rays did not say in which block they hit; 3 had a camera that did not divide
-    /// pixels among their samples; 4 did not say how many lights a point asks.)
+    /// pixels among their samples; 4 did not say how many lights a point asks; 5 did not number requests; 6 made other shadow rays.)
     pub const VERSION: u32 = 7;
     /// Its length.
     pub const BYTES: usize = size_of::<Self>();
