@@ -97,13 +97,14 @@ impl Sequence {
         B::Real::apart(Points { seeds, index, half: 0x8000_0000_u32.wrapping_shr(fine) })
     }
 
-    /// What it is: see [`points_of`].
+    /// What it is: to shuffle, and of both numbers.
     pub(crate) const fn seeds(self) -> [u32; 3] {
         [self.shuffle, self.x, self.y]
     }
 }
 
 /// [`Sequence::points`] of a sequence of its own in each lane.
+#[cfg(feature = "bundles")]
 #[inline(always)]
 pub(crate) fn points_of<B: Bits>(seeds: [B; 3], index: B) -> [B::Real; 2] {
     B::Real::apart(Points { seeds, index, half: 0x8000_0000_u32.wrapping_shr(FINEST) })

@@ -38,14 +38,11 @@ impl Aim {
         len(off - u * a - v * b)
     }
 
-    /// The length of what spans a light's surface; infinite where it has none.
+    /// The lengths of what spans a light's surface, if it has one.
     #[must_use]
     pub fn size(light: &Light) -> f32 {
-        let len = |v: [f32; 3]| libm::sqrtf(Vec3::from(v).dot(v.into()));
-        match LightKind::from_u32(light.kind) {
-            Some(LightKind::Point | LightKind::Spot | LightKind::Distant) | None => f32::INFINITY,
-            Some(_) => len(light.u) + len(light.v),
-        }
+        let [u, v] = [light.u, light.v].map(Vec3::from);
+        libm::sqrtf(u.dot(u)) + libm::sqrtf(v.dot(v))
     }
 
     /// Whether a distant light lies in a unit direction.

@@ -63,6 +63,7 @@ struct Work<'w, 'a, T, S> {
     /// The camera ray that comes next.
     next: Option<super::tile::Place>,
     /// Whether points have children.
+    #[cfg(feature = "specular")]
     splits: bool,
     /// Shadow rays that are not made yet.
     #[cfg(feature = "bundles")]
@@ -102,14 +103,14 @@ impl<'a> Renderer<'a> {
         self.shadows.clear();
         let mut places = Places::new(tile, job.shader.settings().samples);
         let next = places.next();
-        let splits = job.shader.tables().needs.any(Needs::SPECULAR);
         let mut work = Work {
             job,
             sight,
             counts,
             places,
             next,
-            splits,
+            #[cfg(feature = "specular")]
+            splits: job.shader.tables().needs.any(Needs::SPECULAR),
             #[cfg(feature = "bundles")]
             few: FewRays::new(),
         };

@@ -36,12 +36,7 @@ impl Unit {
     /// Light in steps, to the nearest. NaN and infinity count as none; what is too bright is cut off. A part may be negative, where others are too great.
     #[must_use]
     pub fn quantise(&self, light: Vec3) -> Sum {
-        let steps = |x: f32| {
-            let size = x.abs();
-            let steps = if size < f32::INFINITY { nearest(size * self.steps) } else { 0 };
-            if x < 0.0 { -steps } else { steps }
-        };
-        Sum([steps(light.x), steps(light.y), steps(light.z)])
+        Sum([light.x, light.y, light.z].map(|x| steps(x, self.steps)))
     }
 
     /// The mean radiance of so many samples.
@@ -50,6 +45,14 @@ impl Unit {
         let n = f64::from(samples.max(1));
         Vec3::from(sum.0.map(|x| (x as f64 * f64::from(self.step) / n) as f32))
     }
+}
+
+/// See [`Unit::quantise`].
+#[cfg_attr(not(feature = "bundles"), inline(never))]
+fn steps(x: f32, of_one: f32) -> i64 {
+    let size = x.abs();
+    let steps = if size < f32::INFINITY { nearest(size * of_one) } else { 0 };
+    if x < 0.0 { -steps } else { steps }
 }
 
 /// The whole number nearest to one that is not negative; of two the greater.
