@@ -1,12 +1,13 @@
 //! Progress bars on a terminal; silence in a pipe.
 
 use std::{
+    fmt,
     io::{self, IsTerminal},
     sync::Mutex,
     time::Duration,
 };
 
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use indicatif::{HumanDuration, ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 
 static CURRENT: Mutex<Option<ProgressBar>> = Mutex::new(None);
 
@@ -25,12 +26,12 @@ impl Progress {
             ProgressDrawTarget::stderr_with_hz(10),
         );
         let template = if total > 0 {
-            "{prefix:>10} [{bar:32}] {percent:>3} %  {msg}  {eta} left"
+            "{prefix:>10} [{bar:32}] {percent:>3} %  {msg}{left}"
         } else {
             "{prefix:>10} {spinner} {msg}  {elapsed}"
         };
         if let Ok(style) = ProgressStyle::with_template(template) {
-            bar.set_style(style.progress_chars("=> "));
+            bar.set_style(style.with_key("left", left).progress_chars("=> "));
         }
         bar.set_prefix(stage);
         bar.enable_steady_tick(Duration::from_millis(200));
@@ -48,6 +49,14 @@ impl Progress {
     /// A word on it.
     pub(crate) fn message(&self, message: String) {
         self.0.set_message(message);
+    }
+}
+
+/// The time left, as soon as anything is done to tell it by.
+fn left(state: &ProgressState, out: &mut dyn fmt::Write) {
+    if state.pos() > 0 {
+        // A terminal that cannot be written to shows nothing.
+        let _ = write!(out, "  {:#} left", HumanDuration(state.eta()));
     }
 }
 

@@ -1,5 +1,5 @@
 use clap::Args;
-use kiloray_core::network::Topology;
+use kiloray_core::network::{Topology, TopologyError};
 use serde::Serialize;
 
 use super::mesh::{
@@ -72,10 +72,15 @@ impl Division {
     /// The topology, by what is given of the two.
     pub(crate) fn topology(&self) -> Result<Topology, String> {
         let name = self.topology.as_deref().unwrap_or("torus");
-        let nodes = self.nodes.or_else(|| product(name)).unwrap_or(NODES);
-        Topology::parse(name, nodes).map_err(|error| match &self.topology {
-            Some(given) => format!("--topology {given} for {nodes} nodes: {error}"),
-            None => format!("--nodes {nodes}: {error}"),
+        let of_sizes = || product(name).filter(|&nodes| nodes > 0);
+        let nodes = self.nodes.or_else(of_sizes).unwrap_or(NODES);
+        Topology::parse(name, nodes).map_err(|error| match (&self.topology, self.nodes) {
+            (Some(given), Some(_)) => format!("--topology {given} for {nodes} nodes: {error}"),
+            (Some(given), None) if error == TopologyError::BadSizes => {
+                format!("--topology {given}: {error}, which --nodes says")
+            }
+            (Some(given), None) => format!("--topology {given}: {error}"),
+            (None, _) => format!("--nodes {nodes}: {error}"),
         })
     }
 
@@ -113,6 +118,31 @@ fn product(name: &str) -> Option<u32> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use clap::Parser;
+
+    #[derive(Parser)]
+    struct Mesh {
+        #[command(flatten)]
+        division: Division,
+    }
+
+    #[test]
+    fn a_topology_that_is_none_is_told_without_nodes_that_nobody_named() {
+        let error = |options: &[&str]| {
+            let mesh = Mesh::parse_from([&["mesh"], options].concat());
+            mesh.division.topology().unwrap_err()
+        };
+        let sizes = "bad sizes: a mesh or torus takes";
+        for name in ["ring:5", "torus:0x8", "hypercube:8"] {
+            let told = error(&["--topology", name]);
+            assert!(told.starts_with(&format!("--topology {name}: {sizes}")), "{told}");
+            assert!(told.ends_with("the number of nodes, which --nodes says"), "{told}");
+        }
+        let told = error(&["--topology", "ring:5", "--nodes", "9"]);
+        assert!(told.starts_with("--topology ring:5 for 9 nodes: bad sizes"), "{told}");
+        assert!(error(&["--nodes", "5", "--topology", "hypercube"]).contains("for 5 nodes"));
+        assert!(!error(&["--topology", "disc"]).contains("--nodes"));
+    }
 
     #[test]
     fn sizes_of_a_topology_give_the_nodes() {
