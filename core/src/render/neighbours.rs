@@ -6,7 +6,7 @@ use crate::shade::{PathRay, Shadow};
 use crate::trace::{BUNDLE, Bundle, BundleVisited, Query, TraceError, Tracer, Trail, Whole};
 use glam::Vec3;
 
-/// Room for rays that are traced together, and for what they hit until it is asked for: 33 KiB.
+/// Room for rays that are traced together, and for what they hit until it is asked for: 34 KiB.
 #[derive(Debug)]
 pub struct Neighbours {
     room: Bundle,

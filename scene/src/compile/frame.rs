@@ -67,7 +67,8 @@ impl Placement {
 fn exponent_above(reach: f64) -> i32 {
     let mut e = -Placement::EXPONENT_MAX;
     if reach > 0.0 {
-        e = (reach.log2().ceil() as i32).clamp(-Placement::EXPONENT_MAX, Placement::EXPONENT_MAX);
+        e = (libm::log2(reach).ceil() as i32)
+            .clamp(-Placement::EXPONENT_MAX, Placement::EXPONENT_MAX);
         // The logarithm may be off by one on either side of a power of two.
         while e < Placement::EXPONENT_MAX && reach * exp2(-e) > 1.0 {
             e += 1;

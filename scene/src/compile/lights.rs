@@ -111,7 +111,7 @@ fn faces(light: &Light, place: Placement) -> bool {
 /// Whether the ball round the scene reaches into a cone of directions from the ball round the light.
 fn shines_on(light: &Light, center: DVec3, radius: f64, place: Placement) -> bool {
     let (axis, half) = match (light.kind, light.cone) {
-        (LightKind::Spot, _) => (light.u, light.v.x.clamp(-1.0, 1.0).acos()),
+        (LightKind::Spot, _) => (light.u, libm::acos(light.v.x.clamp(-1.0, 1.0))),
         (_, Some(cone)) => cone,
         _ => return true,
     };
@@ -122,7 +122,8 @@ fn shines_on(light: &Light, center: DVec3, radius: f64, place: Placement) -> boo
     if distance <= reach || axis == DVec3::ZERO {
         return true;
     }
-    axis.angle_between(to) <= half + (reach / distance).asin() + 1e-9
+    let cos = axis.dot(to) / (axis.length() * distance);
+    libm::acos(cos.clamp(-1.0, 1.0)) <= half + libm::asin(reach / distance) + 1e-9
 }
 
 /// Gives each light a material of its own, if it is the only one to name the surface: whoever finds

@@ -115,7 +115,7 @@ fn light(l: &model::Light, place: Placement) -> Light {
         }
     };
     let (cone, cone_cos) = match l.cone {
-        Some((axis, angle)) => (reals(axis.normalize_or_zero()), real(angle.cos())),
+        Some((axis, angle)) => (reals(axis.normalize_or_zero()), real(libm::cos(angle))),
         None => ([0.0; 3], -1.0),
     };
     Light {

@@ -172,9 +172,9 @@ fn dielectric(
     size: f64,
     model: &mut Model,
 ) -> Material {
-    let absorption = share(transmission, model)
-        .to_array()
-        .map(|t| if t > 0.0 { (-t.ln() / size).min(ABSORPTION_MAX) + 0.0 } else { ABSORPTION_MAX });
+    let absorption = share(transmission, model).to_array().map(|t| {
+        if t > 0.0 { (-libm::log(t) / size).min(ABSORPTION_MAX) + 0.0 } else { ABSORPTION_MAX }
+    });
     Material {
         kind: MaterialKind::Dielectric,
         ior,
