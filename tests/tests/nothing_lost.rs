@@ -30,3 +30,12 @@ fn what_is_lost_is_asked_for_in_time() {
         }
     }
 }
+
+/// The last of three nodes, with the least memory: it asked the dead for a block again and again, and never had room to say that the block is lost.
+#[test]
+fn that_a_block_is_lost_is_told_before_it_is_asked_for_again() {
+    let scenes = Scenes::new().unwrap();
+    if let Err(failure) = all(&scenes, 48, 3930..3931, 1, &|| ()) {
+        panic!("{failure}");
+    }
+}

@@ -248,10 +248,11 @@ impl<'a, W: World> Node<'a, W> {
         if self.starved && self.feed(now) {
             worked = worked.saturating_add(1);
         }
+        // Before all else that wants room: requests for the block go on, and may take what there is each time.
+        self.report_lost(now);
         self.answer_visits(now);
         self.send_tiles(now);
         self.send_fetches(now);
-        self.report_lost(now);
         let begun = self.begin_leased(now);
         self.answer_waiting(now);
         self.ask_for_tiles(now);
