@@ -146,12 +146,6 @@ pub trait Bits:
     /// The product of both.
     #[must_use]
     fn product(self, other: Self) -> Self;
-    /// The sum with a number.
-    #[must_use]
-    fn plus(self, x: u32) -> Self;
-    /// The product with a number.
-    #[must_use]
-    fn times(self, x: u32) -> Self;
     /// The bits in reverse.
     #[must_use]
     fn reversed(self) -> Self;
@@ -159,6 +153,20 @@ pub trait Bits:
     fn is_zero(self) -> Self::Mask;
     /// The number, as one with a sign.
     fn real(self) -> Self::Real;
+
+    /// The sum with a number.
+    #[inline(always)]
+    #[must_use]
+    fn plus(self, x: u32) -> Self {
+        self.sum(self.same(x))
+    }
+
+    /// The product with a number.
+    #[inline(always)]
+    #[must_use]
+    fn times(self, x: u32) -> Self {
+        self.product(self.same(x))
+    }
 }
 
 /// An answer in each lane.
@@ -256,16 +264,6 @@ impl Bits for u32 {
     #[inline(always)]
     fn product(self, other: Self) -> Self {
         self.wrapping_mul(other)
-    }
-
-    #[inline(always)]
-    fn plus(self, x: u32) -> Self {
-        self.wrapping_add(x)
-    }
-
-    #[inline(always)]
-    fn times(self, x: u32) -> Self {
-        self.wrapping_mul(x)
     }
 
     #[inline(always)]

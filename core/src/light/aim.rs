@@ -193,8 +193,7 @@ impl Aim {
             _ if self.cone_cos > -1.0 => return None,
             Shape::Flat(flat) => {
                 let projected = flat.projected(tracer, self.from, normal)?;
-                let nearest = flat.nearest(self.from);
-                (projected, flat.center, flat.radius, nearest, flat.greatest(nearest))
+                (projected, flat.center, flat.radius, flat.nearest, flat.greatest())
             }
             Shape::Ball(ball) => {
                 let projected = ball.projected(normal)?;

@@ -28,6 +28,8 @@ pub(super) struct Flat {
     height: f32,
     /// Of the sphere round `center` that holds it.
     pub(super) radius: f32,
+    /// No point of it is nearer.
+    pub(super) nearest: f32,
     /// The sum of all lengths that rounding depends on.
     pub(super) size: f32,
     /// Roughly, and never more than 2π.
@@ -87,9 +89,9 @@ impl Flat {
             _ => a,
         };
         // As from a disc of this area at the distance of the nearest edge, but no nearer than its height.
-        let reach = (distance - radius).max(height);
+        let nearest = (distance - radius).max(height);
         let cos = ((height + radius) / distance).min(1.0);
-        let solid_angle = (area * cos / (reach * reach).max(square * 0.25)).min(2.0 * PI);
+        let solid_angle = (area * cos / (nearest * nearest).max(square * 0.25)).min(2.0 * PI);
         let size = position.abs().max_element() + a + b;
         Ok(Self {
             kind,
@@ -101,6 +103,7 @@ impl Flat {
             area,
             height,
             radius,
+            nearest,
             size,
             solid_angle,
             looks_large: area > NEAR * square,
@@ -218,16 +221,10 @@ impl Flat {
         polygon.projected(tracer, normal)
     }
 
-    /// No point of it is nearer.
-    pub(super) fn nearest(&self, from: Vec3) -> f32 {
-        let to = self.center - from;
-        (libm::sqrtf(to.dot(to)) - self.radius).max(self.height)
-    }
-
-    /// One over the density of its samples is no greater, if no point of it is nearer \[sr\].
-    pub(super) fn greatest(&self, nearest: f32) -> f32 {
+    /// One over the density of its samples is no greater \[sr\].
+    pub(super) fn greatest(&self) -> f32 {
         match &self.near {
-            Near::No => self.area * self.height / (nearest * nearest * nearest),
+            Near::No => self.area * self.height / (self.nearest * self.nearest * self.nearest),
             Near::Rectangle(rectangle) => rectangle.solid_angle,
             Near::Triangle(triangle) => triangle.solid_angle,
             Near::Disc(_) => f32::INFINITY,

@@ -281,14 +281,12 @@ impl<'a> Renderer<'a> {
         work.few.make(work.sight.tracer(), rays);
         let dark = &mut work.counts.shadow_dark;
         *dark = dark.saturating_add(rays.dark().into());
-        let mut next = 0;
-        while let Some((lane, ray)) = rays.next(next) {
+        for (lane, ray) in rays.places() {
             if self.shadows.is_full() {
                 self.light(work)?;
             }
             let (light, pixel) = work.few.owner(lane);
             self.shadows.push(Shadow::new(ray, light, pixel));
-            next = lane.wrapping_add(1);
         }
         work.few.clear();
         Ok(())

@@ -1,6 +1,6 @@
 use super::deal::Deal;
 use super::path::is_seen;
-use super::{Counts, Path, Point, Shader};
+use super::{Counts, Point, Shader};
 use crate::light::{Aim, Dark};
 use crate::random::{Purpose, Sequence};
 use crate::scene::Light;
@@ -192,10 +192,7 @@ fn leave_out(dark: Dark, counts: &mut Counts) {
 /// Who wants one sample alone gets one.
 fn unshadowed<T: Tracer>(tracer: T, point: &Point, aim: &Aim, samples: u32) -> Option<Vec3> {
     let Point { surface, bsdf, path, .. } = point;
-    let flat = surface.shading == surface.normal;
-    #[cfg(feature = "specular")]
-    let flat = flat && bsdf.gloss.alpha <= 0.0;
-    if samples < 2 || !flat || path.medium != Path::AIR {
+    if samples < 2 || !point.is_matt() {
         return None;
     }
     let projected = aim.projected(tracer, surface.normal)?;

@@ -1,6 +1,6 @@
 use super::deal::Deal;
 use super::shadows::{FEW, Put};
-use super::{Bundle, Path, Point, ShadowRay, ShadowRays};
+use super::{Bundle, Point, ShadowRay, ShadowRays};
 use crate::geometry::Ray;
 use crate::light::Lamps;
 use crate::material::lambert;
@@ -91,18 +91,6 @@ impl FewRays {
         }
     }
 
-    /// How many rays.
-    #[must_use]
-    pub const fn len(&self) -> usize {
-        self.len
-    }
-
-    /// Whether there is none.
-    #[must_use]
-    pub const fn is_empty(&self) -> bool {
-        self.len == 0
-    }
-
     /// Whether they must be made before a bundle finds room.
     #[must_use]
     pub const fn are_in_the_way_of(&self, bundle: &Bundle) -> bool {
@@ -124,10 +112,7 @@ impl FewRays {
     /// Takes in a bundle of which no ray is made yet; `false` if it is to be made by itself.
     pub fn put(&mut self, point: &Point, bundle: &Bundle, pixel: u16) -> bool {
         let Point { surface, bsdf, path, .. } = point;
-        let is_plain = surface.shading == surface.normal && bsdf.through == Vec3::ZERO;
-        #[cfg(feature = "specular")]
-        let is_plain = is_plain && bsdf.gloss.alpha <= 0.0;
-        if bundle.len >= FEW || !is_plain || path.medium != Path::AIR {
+        if bundle.len >= FEW || !point.is_matt() || bsdf.through != Vec3::ZERO {
             return false;
         }
         let Some(lamp) = bundle.aim.lamp().filter(|_| !self.are_in_the_way_of(bundle)) else {

@@ -61,6 +61,16 @@ impl Point {
         }
     }
 
+    /// Whether it is of a flat surface without a rough lobe, in clear air: what light brings to it from one direction is a cosine.
+    #[inline(always)]
+    pub(super) fn is_matt(&self) -> bool {
+        let Self { surface, path, .. } = self;
+        let is_matt = surface.shading == surface.normal && path.medium == Path::AIR;
+        #[cfg(feature = "specular")]
+        let is_matt = is_matt && self.bsdf.gloss.alpha <= 0.0;
+        is_matt
+    }
+
     /// Whether all that it has to do is to pass on what one ray brings: it asks no light, and sends one ray at most.
     #[must_use]
     pub fn passes_on(&self) -> bool {

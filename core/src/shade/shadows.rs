@@ -50,16 +50,21 @@ impl ShadowRays {
 
     /// Forgets them.
     pub const fn clear(&mut self) {
-        (self.len, self.lit) = (0, 0);
+        self.begin(0);
     }
 
     /// Those whose light counts.
     pub fn lit(&self) -> impl Iterator<Item = &ShadowRay> {
+        self.places().map(|(_, ray)| ray)
+    }
+
+    /// Those whose light counts, and their places.
+    pub fn places(&self) -> impl Iterator<Item = (u32, &ShadowRay)> {
         let mut at = 0;
         core::iter::from_fn(move || {
-            let (place, ray) = self.next(at)?;
-            at = place.wrapping_add(1);
-            Some(ray)
+            let next = self.next(at)?;
+            at = next.0.wrapping_add(1);
+            Some(next)
         })
     }
 
@@ -80,7 +85,7 @@ impl ShadowRays {
 
     /// Makes room for so many, of which none counts yet.
     #[inline(always)]
-    pub(super) fn begin(&mut self, len: u32) {
+    pub(super) const fn begin(&mut self, len: u32) {
         (self.len, self.lit) = (len, 0);
     }
 

@@ -211,16 +211,6 @@ impl Bits for Whole {
     }
 
     #[inline(always)]
-    fn plus(self, x: u32) -> Self {
-        Self(avx2!(_mm256_add_epi32(self.0, _mm256_set1_epi32(x as i32))))
-    }
-
-    #[inline(always)]
-    fn times(self, x: u32) -> Self {
-        Self(avx2!(_mm256_mullo_epi32(self.0, _mm256_set1_epi32(x as i32))))
-    }
-
-    #[inline(always)]
     fn reversed(self) -> Self {
         // The bytes of each number, then the halves of each byte, each half by a table.
         avx2!({
