@@ -35,7 +35,7 @@ pub fn plan(file: &KiloView<'_>, options: &Options) -> Result<MeshPlan, Error> {
     check(options)?;
     let (least, short) = least(file, options)?;
     let layout = layout(file, options).map_err(|error| match short {
-        // What is needed in the end, as a little more memory alone may bring greater tiles.
+        // What is needed in the end: the next node may need more than the first that has too little.
         Some(short) => BudgetError { memory: options.mesh.memory, ..short },
         None => error,
     })?;

@@ -153,6 +153,27 @@ fn blocks_that_a_node_owns_may_lie_in_its_arena() {
 }
 
 #[test]
+fn more_memory_than_the_least_is_enough() {
+    let file = scene("glass", 4096);
+    for (shape, nodes) in [("torus", 1), ("torus", 2), ("line", 3)] {
+        let mut options = options(&file, shape, nodes);
+        options.mesh.owned_in_arena = true;
+        (options.mesh.width, options.mesh.height) = (512, 512);
+        let least = crate::plan(&file.view(), &options.with_memory(16 << 20)).expect("plan").least;
+        let fits = |memory: usize| crate::plan(&file.view(), &options.with_memory(memory)).is_ok();
+        let refused = |memory: usize| match crate::plan(&file.view(), &options.with_memory(memory))
+        {
+            Err(Error::Budget(error)) => error.need() == least,
+            _ => false,
+        };
+        assert!((1..=least / 16).all(|k| refused(least - 16 * k)), "{shape}: {least}");
+        assert!((0..8192).all(|k| fits(least + 16 * k)), "{shape}: {least}");
+        (options.mesh.width, options.mesh.height, options.mesh.memory) = (24, 20, least);
+        same(&file, &options);
+    }
+}
+
+#[test]
 fn nodes_with_fewer_links_send_no_longer_packets() {
     let file = scene("colour-cube:3", 1024);
     // What node 0, to which the host is joined, has no room for, may fit where there are fewer links, or fewer blocks in the memory.

@@ -117,56 +117,27 @@ impl MeshLayout {
     /// Divides all. `pace` says, of the greatest packet with its header, the first [`patience`](Settings::patience) of nodes and the
     /// [greatest age](Settings::bundle_age) of their bundles of messages.
     ///
+    /// What suits a memory may not fit into it where most of it is taken: then the least of each does. So whatever memory is enough, more is.
+    ///
     /// # Errors
-    /// [`BudgetError`] if the memory is too small.
+    /// [`BudgetError`] if the memory is too small: with what is needed at least.
     pub fn new(
         file: &KiloView<'_>,
         options: &MeshOptions,
         pace: impl FnOnce(usize) -> (Time, Time),
     ) -> Result<Self, BudgetError> {
-        let mesh = Mesh::new(options.topology);
-        let nodes = mesh.nodes();
-        let placement = options.placement(file);
-        let block_bytes = file.limits().block_bytes;
-        let tables = Tables::of(file);
-        let splits = Shader::new(tables, options.settings).splits(0);
-        let side = options.tile.map_or_else(|| side(options, nodes), u32::from).max(1);
-        let plan = |here: NodeId, packet: usize| {
-            let owned = placement.held(here) as usize;
-            let needs = NodeNeeds {
-                mesh,
-                here,
-                block_bytes,
-                remote: file.blocks() as usize - owned,
-                owned: if options.owned_in_arena {
-                    Arena::bytes_of::<u8>(owned * block_bytes) + tables.arena_bytes()
-                } else {
-                    0
-                },
-                splits,
-                schedule: options.schedule,
-                shadow: options.shadow,
-                points: options.points,
-                group: options.group,
-                side: side as usize,
-                packet,
-                depth: 0,
-            };
-            NodePlan::new(options.memory, &needs)
-        };
-        let asked = usize::from(options.packet).saturating_sub(PacketHeader::BYTES);
-        let all = || (0..nodes).map(NodeId);
-        let mut plans = all().map(|here| plan(here, asked)).collect::<Result<Vec<_>, _>>()?;
-        // One with fewer links, or fewer blocks in its memory, would take longer packets than its neighbours have room for.
-        let least = plans.iter().map(NodePlan::payload).min().unwrap_or(0);
-        for (agreed, here) in plans.iter_mut().zip(all()) {
-            if agreed.payload() != least {
-                *agreed = plan(here, least)?;
+        let suits = Division::suiting(file, options);
+        let (Division { placement, .. }, plans) = match suits.plans(file, options) {
+            Ok(plans) => (suits, plans),
+            Err(_) => {
+                let least = Division::least(file, options);
+                (least, least.plans(file, options)?)
             }
-        }
+        };
         let budgets =
             plans.iter().map(|plan| plan.budget(options.memory)).collect::<Result<_, _>>()?;
-        let (patience, bundle_age) = pace(least + PacketHeader::BYTES);
+        let payload = plans.first().map_or(0, NodePlan::payload);
+        let (patience, bundle_age) = pace(payload + PacketHeader::BYTES);
         let settings = Settings {
             schedule: options.schedule,
             shadow: options.shadow,
@@ -180,7 +151,7 @@ impl MeshLayout {
             group: options.group,
             deaths_told: false,
         };
-        Ok(Self { settings, plans, budgets, block_bytes })
+        Ok(Self { settings, plans, budgets, block_bytes: file.limits().block_bytes })
     }
 
     /// Side of a tile.
@@ -244,6 +215,82 @@ impl MeshLayout {
     }
 }
 
+/// What is chosen for a memory where nobody asks for something else.
+#[derive(Clone, Copy)]
+struct Division {
+    placement: Placement,
+    side: u32,
+    /// Greatest payload of a packet, and packets in each buffer: 0 for what suits the memory.
+    payload: usize,
+    depth: u16,
+}
+
+impl Division {
+    /// What suits the memory.
+    fn suiting(file: &KiloView<'_>, options: &MeshOptions) -> Self {
+        let side = options.tile.map_or_else(|| side(options), u32::from).max(1);
+        let payload = usize::from(options.packet).saturating_sub(PacketHeader::BYTES);
+        Self { placement: options.placement(file), side, payload, depth: 0 }
+    }
+
+    /// What takes the least memory.
+    fn least(file: &KiloView<'_>, options: &MeshOptions) -> Self {
+        let none = MeshOptions { memory: 0, ..*options };
+        let Self { placement, side, payload, .. } = Self::suiting(file, &none);
+        let payload = match payload {
+            0 => NodePlan::packet_min(file.limits().block_bytes),
+            asked => asked,
+        };
+        Self { placement, side, payload, depth: 1 }
+    }
+
+    /// The memory of each node.
+    fn plans(
+        &self,
+        file: &KiloView<'_>,
+        options: &MeshOptions,
+    ) -> Result<Vec<NodePlan>, BudgetError> {
+        let mesh = Mesh::new(options.topology);
+        let block_bytes = file.limits().block_bytes;
+        let tables = Tables::of(file);
+        let splits = Shader::new(tables, options.settings).splits(0);
+        let plan = |here: NodeId, packet: usize| {
+            let owned = self.placement.held(here) as usize;
+            let needs = NodeNeeds {
+                mesh,
+                here,
+                block_bytes,
+                remote: file.blocks() as usize - owned,
+                owned: if options.owned_in_arena {
+                    Arena::bytes_of::<u8>(owned * block_bytes) + tables.arena_bytes()
+                } else {
+                    0
+                },
+                splits,
+                schedule: options.schedule,
+                shadow: options.shadow,
+                points: options.points,
+                group: options.group,
+                side: self.side as usize,
+                packet,
+                depth: self.depth,
+            };
+            NodePlan::new(options.memory, &needs)
+        };
+        let all = || (0..mesh.nodes()).map(NodeId);
+        let mut plans =
+            all().map(|here| plan(here, self.payload)).collect::<Result<Vec<_>, _>>()?;
+        // One with fewer links, or fewer blocks in its memory, would take longer packets than its neighbours have room for.
+        let least = plans.iter().map(NodePlan::payload).min().unwrap_or(0);
+        for (agreed, here) in plans.iter_mut().zip(all()) {
+            if agreed.payload() != least {
+                *agreed = plan(here, least)?;
+            }
+        }
+        Ok(plans)
+    }
+}
+
 /// How many blocks every node has.
 fn top(file: &KiloView<'_>, options: &MeshOptions) -> u32 {
     let suits = file.blocks() / TOP_PART;
@@ -252,7 +299,8 @@ fn top(file: &KiloView<'_>, options: &MeshOptions) -> u32 {
 }
 
 /// The greatest side with which every node has some tiles, and which the memory holds.
-fn side(options: &MeshOptions, nodes: u16) -> u32 {
+fn side(options: &MeshOptions) -> u32 {
+    let nodes = options.topology.nodes();
     let pixels = u64::from(options.width) * u64::from(options.height);
     let fits = |side: &u32| {
         let area = u64::from(side * side);
