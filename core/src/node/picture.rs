@@ -10,7 +10,7 @@ use crate::render::Neighbours;
 use crate::render::{Clearings, Places, Scratch, Tile, Tiling, Trust, is_clear};
 use crate::scene::{Material, Needs};
 use crate::shade::{
-    Bundle, Counts, Direct, PackedHit, Path, PathRay, Point, Shader, Shadow, ShadowRays, Sum,
+    Bundle, Counts, Direct, Memo, PackedHit, Path, PathRay, Point, Shader, Shadow, ShadowRays, Sum,
 };
 use crate::trace::{Clip, ClipEntry, Cursor, Query, TraceError, Tracer, Trail, Whole};
 use crate::view::Camera;
@@ -28,6 +28,7 @@ pub struct Picture<'a, T, C = Cursor> {
     opened: (u32, Option<Tile>),
     trust: Trust,
     clearings: Clearings<CLEARINGS>,
+    memo: Memo,
 }
 
 impl<'a, T: Tracer> Picture<'a, T> {
@@ -50,14 +51,16 @@ impl<'a, T: Tracer> Picture<'a, T> {
             opened: (u32::MAX, None),
             trust: Trust::new(),
             clearings: Clearings::new(),
+            memo: Memo::new(),
         }
     }
 
     /// The same picture, where steps run in something else.
     #[must_use]
     pub fn working_in<C: Scratch>(self, scratch: C) -> Picture<'a, T, C> {
-        let Self { tracer, shader, camera, tiling, limits, opened, trust, clearings, .. } = self;
-        Picture { tracer, shader, camera, tiling, limits, scratch, opened, trust, clearings }
+        let Self { tracer, shader, camera, tiling, limits, opened, trust, clearings, memo, .. } =
+            self;
+        Picture { tracer, shader, camera, tiling, limits, scratch, opened, trust, clearings, memo }
     }
 }
 
@@ -99,10 +102,10 @@ impl<'a, T: Tracer, C: Scratch> Picture<'a, T, C> {
     /// A function of its own: among the rays of a bundle, all of the bundle would be loaded and stored for each of them.
     #[inline(never)]
     fn next_bundle(&self, point: &Point, lights: &mut Lights, counts: &mut Counts) -> bool {
-        lights.before = lights.direct;
+        lights.before = lights.direct.pack();
         let mut counted = Counts::default();
-        lights.bundle =
-            self.shader.next_bundle(self.tracer, point, &mut lights.direct, &mut counted);
+        let Self { shader, tracer, memo, .. } = self;
+        lights.bundle = shader.next_bundle(*tracer, point, &mut lights.direct, memo, &mut counted);
         if lights.bundle.as_ref().and_then(Bundle::unshadowed).is_some() {
             lights.made = core::mem::take(&mut lights.next);
         }
@@ -231,8 +234,8 @@ impl Query for Asked<'_> {
 #[derive(Debug)]
 pub struct Lights {
     direct: Direct,
-    /// As it was before the bundle.
-    before: Direct,
+    /// As it was before the bundle, [packed](Direct::pack).
+    before: [u32; 6],
     bundle: Option<Bundle>,
     next: u32,
     /// Rays that have been made before it was taken up again, and have to be made once more for the others to come out alike.
@@ -413,14 +416,14 @@ impl<T: Tracer, C: Scratch> World for Picture<'_, T, C> {
         self.shader.arrive(&ray.path(), &ray.ray(), hit.get().as_ref())
     }
 
-    fn lights(&self, point: &Point, saved: Option<[u32; 8]>) -> Lights {
+    fn lights(&mut self, point: &Point, saved: Option<[u32; 8]>) -> Lights {
         let (direct, next) = match saved {
-            None => (self.shader.direct(point), 0),
+            None => (self.shader.direct(point, &mut self.memo), 0),
             Some([a, b, c, d, e, f, next, _]) => (Direct::unpack([a, b, c, d, e, f]), next),
         };
         Lights {
             direct,
-            before: direct,
+            before: direct.pack(),
             bundle: None,
             next,
             made: 0,
@@ -451,8 +454,8 @@ impl<T: Tracer, C: Scratch> World for Picture<'_, T, C> {
     }
 
     fn save(&self, lights: &Lights) -> [u32; 8] {
-        let from = if lights.bundle.is_some() { lights.before } else { lights.direct };
-        let [a, b, c, d, e, f] = from.pack();
+        let now = || lights.direct.pack();
+        let [a, b, c, d, e, f] = if lights.bundle.is_some() { lights.before } else { now() };
         [a, b, c, d, e, f, lights.next, 1]
     }
 

@@ -97,7 +97,7 @@ pub trait World {
     fn arrive(&self, ray: &PathRay, hit: &PackedHit) -> (Sum, Option<Self::Point>);
 
     /// Begins, or goes on with, the choice of lights of a point.
-    fn lights(&self, point: &Self::Point, saved: Option<[u32; 8]>) -> Self::Lights;
+    fn lights(&mut self, point: &Self::Point, saved: Option<[u32; 8]>) -> Self::Lights;
 
     /// What is next to be known of a point's lights.
     fn next_light<S: BlockSource<Error = Missing>>(

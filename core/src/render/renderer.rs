@@ -9,7 +9,7 @@ use crate::path::PathKey;
 use crate::scene::Needs;
 #[cfg(feature = "bundles")]
 use crate::shade::FewRays;
-use crate::shade::{Counts, Path, Point, SPLITS, Shader, Sum};
+use crate::shade::{Counts, Memo, Path, Point, SPLITS, Shader, Sum};
 use crate::shade::{PathRay, Shadow, ShadowRays};
 use crate::store::{Arena, ArenaFull, Budget, Line};
 use crate::trace::{BUNDLE, TraceError, Tracer};
@@ -68,6 +68,7 @@ struct Work<'w, 'a, T, S> {
     /// Shadow rays that are not made yet.
     #[cfg(feature = "bundles")]
     few: FewRays,
+    memo: Memo,
 }
 
 impl<'a> Renderer<'a> {
@@ -113,6 +114,7 @@ impl<'a> Renderer<'a> {
             splits: job.shader.tables().needs.any(Needs::SPECULAR),
             #[cfg(feature = "bundles")]
             few: FewRays::new(),
+            memo: Memo::new(),
         };
         let mut rays = ShadowRays::NONE;
         while self.fill_batch(&mut work) {
@@ -233,9 +235,11 @@ impl<'a> Renderer<'a> {
         rays: &mut ShadowRays,
     ) -> Result<(), RenderError<S::Error>> {
         let shader = work.job.shader;
-        let mut direct = shader.direct(point);
+        let mut direct = shader.direct(point, &mut work.memo);
         let tracer = work.sight.tracer();
-        while let Some(mut bundle) = shader.next_bundle(tracer, point, &mut direct, work.counts) {
+        while let Some(mut bundle) =
+            shader.next_bundle(tracer, point, &mut direct, &work.memo, work.counts)
+        {
             if let Some(whole) = work.sight.whole(&shader, point, &bundle) {
                 if let Some(sum) = self.sums.get_mut(usize::from(pixel)) {
                     sum.add(whole);

@@ -1,4 +1,5 @@
 use super::deal::Deal;
+use super::memo::{Look, Memo};
 use super::path::is_seen;
 use super::{Counts, Point, Shader};
 use crate::light::{Aim, Dark};
@@ -65,7 +66,7 @@ impl Shader<'_> {
     /// Begins the light sampling of a point.
     #[must_use]
     #[cfg_attr(feature = "bundles", inline(always))]
-    pub fn direct(&self, point: &Point) -> Direct {
+    pub fn direct(&self, point: &Point, memo: &mut Memo) -> Direct {
         let lights = self.tables.lights;
         let answers = point.bsdf.answers();
         let key = point.path.key;
@@ -74,13 +75,23 @@ impl Shader<'_> {
         if answers == [false; 2] {
             direct.next = u32::MAX;
         } else if lights.len() > 1 {
-            direct.total = lights
-                .iter()
-                .filter_map(|light| match self.far(light, point, answers) {
-                    Some(far) => far.ok(),
-                    None => Some(Aim::new(light, &point.surface, answers).ok()?.estimate),
-                })
-                .sum();
+            let many = self.are_many();
+            if many {
+                memo.begin(key);
+            }
+            for light in lights {
+                let look = if many { look(light, point, answers) } else { Look::Near };
+                if many {
+                    memo.note(look);
+                }
+                direct.total += match look {
+                    Look::Far(estimate) => estimate,
+                    Look::Dark(_) => 0.0,
+                    Look::Near => {
+                        Aim::new(light, &point.surface, answers).map_or(0.0, |aim| aim.estimate)
+                    }
+                };
+            }
             let most = f32::from(self.settings.lights).max(1.0);
             let teeth = (most * point.path.importance()).max(1.0).min(most);
             direct.spacing = direct.total / teeth;
@@ -97,6 +108,7 @@ impl Shader<'_> {
         tracer: T,
         point: &Point,
         direct: &mut Direct,
+        memo: &Memo,
         counts: &mut Counts,
     ) -> Option<Bundle> {
         while let Some(light) = self.tables.lights.get(direct.next as usize) {
@@ -104,16 +116,19 @@ impl Shader<'_> {
             direct.next += 1;
             let answers = direct.answers;
             let mut asked = None;
-            if let Some(far) = self.far(light, point, answers) {
-                asked = match far {
-                    Ok(estimate) => direct.draw(estimate),
-                    Err(dark) => {
-                        leave_out(dark, counts);
+            let known = || memo.look(point.path.key, index);
+            let anew = || look(light, point, answers);
+            match if self.are_many() { known().unwrap_or_else(anew) } else { Look::Near } {
+                Look::Near => {}
+                Look::Far(estimate) => {
+                    asked = direct.draw(estimate);
+                    if asked.is_none() {
+                        counts.lights_by_chance += 1;
                         continue;
                     }
-                };
-                if asked.is_none() {
-                    counts.lights_by_chance += 1;
+                }
+                Look::Dark(dark) => {
+                    leave_out(dark, counts);
                     continue;
                 }
             }
@@ -137,11 +152,9 @@ impl Shader<'_> {
         None
     }
 
-    /// A quick look at one of many lights.
-    #[cfg_attr(feature = "bundles", inline(always))]
-    fn far(&self, light: &Light, point: &Point, answers: [bool; 2]) -> Option<Result<f32, Dark>> {
-        let many = self.tables.lights.len() > FEW;
-        if many { Aim::far(light, &point.surface, answers) } else { None }
+    /// Whether lights are looked at quickly first.
+    const fn are_many(&self) -> bool {
+        self.tables.lights.len() > FEW
     }
 
     #[cfg_attr(feature = "bundles", inline(always))]
@@ -173,6 +186,16 @@ impl Shader<'_> {
             seen: is_seen(light, |material| self.emits(material)),
             deal,
         }
+    }
+}
+
+/// A quick look at one of many lights.
+#[cfg_attr(feature = "bundles", inline(always))]
+fn look(light: &Light, point: &Point, answers: [bool; 2]) -> Look {
+    match Aim::far(light, &point.surface, answers) {
+        None => Look::Near,
+        Some(Ok(estimate)) => Look::Far(estimate),
+        Some(Err(dark)) => Look::Dark(dark),
     }
 }
 
@@ -242,15 +265,25 @@ impl Direct {
 
     /// Lays the next estimate on the line, and says if a tooth falls on it. The only light there is has no line, and is always asked.
     fn draw(&mut self, estimate: f32) -> Option<Asked> {
-        let part = if self.total > 0.0 { (estimate / self.total).min(1.0) } else { 1.0 };
-        if estimate >= self.spacing {
-            self.at += estimate;
-            return Some(Asked { probability: 1.0, part });
-        }
-        let teeth = |at: f32| libm::floorf(at / self.spacing - self.offset);
-        let before = teeth(self.at);
+        let before = self.at;
         self.at += estimate;
-        let probability = estimate / self.spacing;
-        (teeth(self.at) > before).then_some(Asked { probability, part })
+        let probability = if estimate >= self.spacing {
+            1.0
+        } else if self.teeth(self.at) > self.teeth(before) {
+            estimate / self.spacing
+        } else {
+            return None;
+        };
+        let part = if self.total > 0.0 { (estimate / self.total).min(1.0) } else { 1.0 };
+        Some(Asked { probability, part })
+    }
+
+    /// The number of the last tooth before a place on the line; -1 before the first. NaN if the line has no length.
+    fn teeth(&self, at: f32) -> f32 {
+        /// Where neighbouring numbers are whole ones: to this rounding is exact, up to far more teeth than there can be.
+        const WHOLE: f32 = (3_u32 << 22) as f32;
+        let teeth = at / self.spacing - self.offset;
+        let nearest = (teeth + WHOLE) - WHOLE;
+        if nearest > teeth { nearest - 1.0 } else { nearest }
     }
 }

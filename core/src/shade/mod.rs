@@ -28,6 +28,7 @@ mod deal;
 mod direct;
 #[cfg(feature = "bundles")]
 mod few;
+mod memo;
 mod packed;
 mod path;
 mod point;
@@ -45,6 +46,7 @@ pub use counts::Counts;
 pub use direct::{Bundle, Direct};
 #[cfg(feature = "bundles")]
 pub use few::FewRays;
+pub use memo::Memo;
 pub use packed::{PackedHit, PathRay, Shadow, Task};
 pub use path::Path;
 pub use point::{Point, SPLITS};

@@ -1,4 +1,4 @@
-use super::{Bundle, Counts, Path, Point, Shader, Sum};
+use super::{Bundle, Counts, Memo, Path, Point, Shader, Sum};
 use crate::geometry::{Hit, Ray};
 use crate::material::OpticalDepth;
 use crate::trace::Scalar;
@@ -82,8 +82,9 @@ impl Shader<'_> {
         counts: &mut Counts,
     ) -> Result<Sum, V::Error> {
         let mut sum = Sum::ZERO;
-        let mut direct = self.direct(point);
-        while let Some(mut bundle) = self.next_bundle(Scalar, point, &mut direct, counts) {
+        let mut memo = Memo::new();
+        let mut direct = self.direct(point, &mut memo);
+        while let Some(mut bundle) = self.next_bundle(Scalar, point, &mut direct, &memo, counts) {
             sum.add(self.lit_by(visibility, point, &mut bundle, counts)?);
         }
         Ok(sum)

@@ -6,7 +6,7 @@ use kiloray_core::geometry::{Hit, Primitive, Ray};
 use kiloray_core::path::PathKey;
 use kiloray_core::scene::{Light, LightKind, Material, MaterialKind, Needs};
 use kiloray_core::shade::{
-    Bundle, Counts, FewRays, Path, Point, Settings, Shader, ShadowRays, Tables,
+    Bundle, Counts, FewRays, Memo, Path, Point, Settings, Shader, ShadowRays, Tables,
 };
 use kiloray_core::trace::{Scalar, Tracer};
 use proptest::prelude::*;
@@ -129,9 +129,9 @@ impl Case {
         let path = Path { medium, ..Path::camera(key) };
         let (_, point) = shader.arrive(&path, &ray, Some(&hit));
         let point = point?;
-        let mut direct = shader.direct(&point);
-        let mut counts = Counts::default();
-        let next = || shader.next_bundle(tracer, &point, &mut direct, &mut counts);
+        let (mut memo, mut counts) = (Memo::new(), Counts::default());
+        let mut direct = shader.direct(&point, &mut memo);
+        let next = || shader.next_bundle(tracer, &point, &mut direct, &memo, &mut counts);
         Some((point, std::iter::from_fn(next).collect()))
     }
 }

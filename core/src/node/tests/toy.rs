@@ -245,7 +245,7 @@ impl World for Toy {
         (Self::light(ray.key()), Some(ToyPoint(*ray)))
     }
 
-    fn lights(&self, _: &ToyPoint, saved: Option<[u32; 8]>) -> ToyLights {
+    fn lights(&mut self, _: &ToyPoint, saved: Option<[u32; 8]>) -> ToyLights {
         ToyLights(saved.map_or(0, |saved| saved[0]))
     }
 

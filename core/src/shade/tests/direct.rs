@@ -41,8 +41,10 @@ pub(super) fn first_bundle(scene: &Scene, seed: u64) -> (Point, Bundle) {
     let hit = Brute(scene).closest(&ray).unwrap();
     let (_, point) = shader.arrive(&path, &ray, hit.as_ref());
     let point = point.unwrap();
-    let mut direct = shader.direct(&point);
-    let bundle = shader.next_bundle(Scalar, &point, &mut direct, &mut Counts::default()).unwrap();
+    let mut memo = Memo::new();
+    let mut direct = shader.direct(&point, &mut memo);
+    let mut counts = Counts::default();
+    let bundle = shader.next_bundle(Scalar, &point, &mut direct, &memo, &mut counts).unwrap();
     (point, bundle)
 }
 
