@@ -9,8 +9,8 @@ use kiloray_core::shade::{Counts, Path, Settings, Shader, Sum, Tables, Visibilit
 use kiloray_core::store::{BudgetError, Line};
 use kiloray_core::trace::{Cursor, Scalar, TraceError, Tracer};
 use kiloray_core::view::Camera;
-use kiloray_scene::builtin;
 use kiloray_scene::compile::{Compiled, compile};
+use kiloray_scene::{builtin, import};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 const WIDTH: u32 = 29;
@@ -142,6 +142,34 @@ fn what_is_taken_for_clear_is_clear() {
         assert!(bits(&rendered) == pixels, "{scene}");
         let found = rendered.report.counts;
         assert_eq!(found.shadow + found.shadow_clear, counts.shadow, "{scene}");
+    }
+}
+
+/// The edge of a shadow under suns of any width, from so near that a pixel is a part of the penumbra.
+#[test]
+fn the_shadows_of_small_suns_are_not_taken_for_light() {
+    for degrees in [0.005, 0.02, 0.1, 0.3, 0.533, 2.0] {
+        let penumbra = 4.0 * f64::tan(f64::to_radians(degrees) / 2.0);
+        let folder = tempfile::tempdir().unwrap();
+        let (scene, view) = (folder.path().join("sun.rad"), folder.path().join("above.vf"));
+        let text = format!(
+            "void plastic grey 0 0 5 .5 .5 .5 0 0
+             void light sun_mat 0 0 3 1e6 1e6 1e6
+             sun_mat source sun 0 0 4 0 0 1 {degrees}
+             grey polygon floor 0 0 12 -1 -1 0 1 -1 0 1 1 0 -1 1 0
+             grey polygon knife 0 0 12 0 -1 1 0 1 1 -1 1 1 -1 -1 1"
+        );
+        let shown =
+            format!("VIEW= -vtl -vp 0 0 .5 -vd 0 0 -1 -vu 0 1 0 -vh {penumbra} -vv {penumbra}");
+        std::fs::write(&scene, text).unwrap();
+        std::fs::write(&view, shown).unwrap();
+        let model = import::load(&[scene, view], &import::ImportOptions::default()).unwrap();
+        let blocks = kiloray_scene::compile::Options::blocks_of(1 << 10);
+        let compiled = compile(&model, &blocks, &mut ()).unwrap();
+        let file = KiloView::parse(compiled.bytes()).unwrap();
+        let options = options(&file);
+        let (pixels, _) = reference(&file, &options);
+        assert!(bits(&run(&file, &options).unwrap()) == pixels, "{degrees} degrees");
     }
 }
 

@@ -105,7 +105,7 @@ fn aside<R: Real>(axis: Vec3, versine: R, b: R) -> Vector<R> {
 }
 
 /// The light's own, or that of its cosine, which f32 holds to 6e-8 only: half a percent of a sun.
-pub(super) fn versine(width: Vec3) -> f32 {
+pub(crate) fn versine(width: Vec3) -> f32 {
     let versine = if width.y > 0.0 { width.y } else { 1.0 - width.x };
     versine.clamp(1e-12, 2.0)
 }

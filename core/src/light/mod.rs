@@ -28,5 +28,6 @@ mod sphere;
 mod triangle;
 
 pub use aim::{Aim, Dark, MOST, Sample};
+pub(crate) use distant::versine;
 #[cfg(feature = "bundles")]
 pub(crate) use lamp::Lamps;

@@ -67,10 +67,12 @@ pub(super) unsafe fn fill(rays: &[Ray], members: &[u16], kind: Kind, to: &mut Gr
             let most = set(f32::MAX);
             and(and(no_more(size(a), most), no_more(size(b), most)), no_more(size(c), most))
         };
+        // Before the bounds are cut: that would make numbers of NaN.
+        let ordered = _mm256_cmp_ps::<_CMP_ORD_Q>(t_min, t_max);
         let t_min = _mm256_max_ps(t_min, _mm256_setzero_ps());
         let t_max = _mm256_min_ps(t_max, set(f32::MAX));
         let valid = and(
-            and(finite(ox, oy, oz), finite(dx, dy, dz)),
+            and(ordered, and(finite(ox, oy, oz), finite(dx, dy, dz))),
             and(
                 and(
                     no_more(set(PreparedRay::DIRECTION_MIN), greatest),

@@ -3,6 +3,7 @@
 use crate::geometry::rounding::{UNIT_ROUNDOFF, max};
 use crate::geometry::spawn::{CLEARANCE, TARGET_ERROR};
 use crate::geometry::{Aabb, Ray};
+use crate::light::versine;
 use crate::scene::{Light, LightKind};
 use glam::{DVec2, DVec3, Vec3, Vec3Swizzles};
 
@@ -153,7 +154,7 @@ impl Hull {
             Some(LightKind::Disc) => hull.ends(octagon(c, u, v)),
             Some(LightKind::Sphere) => hull.end_in_ball(c, u.x),
             Some(LightKind::Point | LightKind::Spot) => hull.ends([c]),
-            Some(LightKind::Distant) => hull.end_far_away(u, v.x),
+            Some(LightKind::Distant) => hull.end_far_away(u, versine(light.v.into()).into()),
             None => hull.axis = DVec3::NAN,
         }
         hull.end_before(light, c, u, v);
@@ -232,12 +233,13 @@ impl Hull {
         }
     }
 
-    fn end_far_away(&mut self, axis: DVec3, cos: f64) {
+    fn end_far_away(&mut self, axis: DVec3, versine: f64) {
+        let cos = 1.0 - versine;
         self.axis = axis;
         self.rim_is_far = true;
         // Wider than 78 degrees it is as good as the half-space of nothing.
         if cos > 0.2 {
-            let sin = libm::sqrt((1.0 - cos * cos).max(0.0));
+            let sin = libm::sqrt(versine * (2.0 - versine));
             // Directions of samples are rounded: a sun that is a point is no line.
             let tan = sin / cos + 32.0 * f64::from(UNIT_ROUNDOFF);
             let (u, v) = axis.normalize_or_zero().any_orthonormal_pair();

@@ -456,3 +456,26 @@ fn the_light_itself_is_not_touched() {
     }
     assert!(asked > 15_000, "{asked}");
 }
+
+#[test]
+fn a_small_sun_is_as_wide_as_its_samples() {
+    for degrees in [0.005_f64, 0.02, 0.1, 0.3, 0.533, 2.0] {
+        let half = (degrees * 0.5).to_radians();
+        let versine = 2.0 * (half * 0.5).sin().powi(2);
+        let light = crate::scene::Light {
+            kind: crate::scene::LightKind::Distant as u32,
+            reach: f32::INFINITY,
+            u: [0.0, 0.0, 1.0],
+            v: [half.cos() as f32, versine as f32, 0.0],
+            ..bytemuck::Zeroable::zeroed()
+        };
+        let origin = Vec3::ZERO;
+        let pyramid = Pyramid::to_light(&Aabb { min: origin, max: origin }, &light);
+        for turn in 0..32 {
+            let (sin, cos) = (f64::from(turn) / 32.0 * core::f64::consts::TAU).sin_cos();
+            let at = glam::DVec3::new(half.tan() * cos, half.tan() * sin, 1.0).as_vec3();
+            let own = Aabb { min: at, max: at };
+            assert_ne!(pyramid.classify(&own), Side::Outside, "{degrees} {turn}");
+        }
+    }
+}

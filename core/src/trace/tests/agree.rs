@@ -141,4 +141,13 @@ pub(crate) fn no_ray_hits(tracer: impl Tracer) {
         assert_eq!(tracer.closest(&mut cursor, &mut Resident(&blocks), &ray), Ok(None), "{ray:?}");
         assert_eq!(tracer.any(&mut cursor, &mut Resident(&blocks), &ray), Ok(false));
     }
+    let mut room = crate::trace::Bundle::new();
+    for lead in rays(&items, 60, &mut random) {
+        for (t_min, t_max) in [(f32::NAN, f32::INFINITY), (0.0, f32::NAN)] {
+            let none = [Ray { t_min, t_max, ..lead }; 16];
+            let mut hits = [None; 16];
+            let traced = tracer.closest_bundle(&mut room, &mut Resident(&blocks), &none, &mut hits);
+            assert_eq!((traced, hits), (Ok(()), [None; 16]));
+        }
+    }
 }
