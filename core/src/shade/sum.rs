@@ -23,8 +23,8 @@ impl Unit {
     #[must_use]
     pub fn new(radiance_max: f32) -> Self {
         let exponent = exponent(if radiance_max.is_finite() { radiance_max } else { 1.0 });
-        // Both powers stay normal numbers; a scene darker than 10⁻²⁰ or brighter than 10²⁰ is counted in other steps.
-        let exponent = exponent.clamp(-70, 70) - 44;
+        // Both powers stay normal numbers; a scene darker than 10⁻²⁴ is counted in other steps.
+        let exponent = exponent.clamp(-82, 127) - 44;
         Self { steps: power_of_two(-exponent), step: power_of_two(exponent) }
     }
 
@@ -148,7 +148,7 @@ mod tests {
 
     #[test]
     fn a_quarter_of_a_million_of_the_brightest_samples_fit() {
-        for radiance_max in [1.0_f32, 1.999, 100.0, 3e7] {
+        for radiance_max in [1.0_f32, 1.999, 100.0, 3e7, 1e30, f32::MAX, 3e-24, 2.1e-25] {
             let unit = Unit::new(radiance_max);
             let one = unit.quantise(Vec3::splat(radiance_max)).0[0];
             assert!(one < i64::MAX >> 18 && one > i64::MAX >> 21);

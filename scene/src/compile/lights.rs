@@ -41,14 +41,19 @@ pub(crate) fn useful(model: &Model, place: Placement) -> (Vec<Light>, BTreeMap<D
     let mut dark = BTreeMap::new();
     let mut useful = Vec::with_capacity(model.lights.len());
     for light in &model.lights {
+        // A surface that no ray sees names no light.
+        let seen = |&m: &u16| model.materials[usize::from(m)].kind != MaterialKind::Void;
+        let material = light.material.filter(seen);
         match darkness(light, place) {
-            Some(reason) => *dark.entry(reason).or_default() += 1,
-            None => {
-                // A surface that no ray sees names no light.
-                let seen = |&m: &u16| model.materials[usize::from(m)].kind != MaterialKind::Void;
-                useful.push(Light { material: light.material.filter(seen), ..*light });
+            // Where it is seen, the light alone knows its cone.
+            Some(Dark::FacesAway) if light.cone.is_some() && material.is_some() => {}
+            Some(reason) => {
+                *dark.entry(reason).or_default() += 1;
+                continue;
             }
+            None => {}
         }
+        useful.push(Light { material, ..*light });
     }
     (useful, dark)
 }

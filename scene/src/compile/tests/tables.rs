@@ -83,6 +83,32 @@ fn lengths_shrink_by_the_unit_and_the_rest_stays() {
 }
 
 #[test]
+fn a_spotlight_that_faces_away_keeps_its_cone_where_it_is_seen() {
+    let mut model = model();
+    model.materials[0].emission = DVec3::ONE;
+    let plain = Light {
+        kind: LightKind::Parallelogram,
+        material: Some(0),
+        reach: f64::INFINITY,
+        position: DVec3::new(104.0, 104.0, 200.0),
+        u: DVec3::X,
+        v: DVec3::Y,
+        radiance: DVec3::ONE,
+        cone: None,
+    };
+    let cone = Some((DVec3::Z, 0.2));
+    let unseen = Light { material: None, cone, ..plain.clone() };
+    let lights = |light: Light| {
+        let model = crate::model::Model { lights: vec![light], ..model.clone() };
+        let file = KiloFile::from_compiled(compile(&model, &Options::default(), &mut ()).unwrap());
+        (file.view().lights().len(), file.view().materials()[0].light)
+    };
+    assert_eq!(lights(plain.clone()), (0, 0));
+    assert_eq!(lights(unseen), (0, 0));
+    assert_eq!(lights(Light { cone, ..plain }), (1, 1));
+}
+
+#[test]
 fn what_leads_nowhere_is_named() {
     let error = |change: fn(&mut crate::model::Model)| {
         let mut model = model();
