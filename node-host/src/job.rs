@@ -43,6 +43,13 @@ impl Job {
         if width.checked_mul(height).is_none_or(|pixels| pixels == 0) {
             return Err(Error::Size { width, height });
         }
+        if let Some(tile) = mesh.tile.filter(|&tile| !(1..=Tiling::SIDE_MAX).contains(&tile.into()))
+        {
+            let most = Tiling::SIDE_MAX;
+            return Err(Error::Options(format!(
+                "tile = {tile}: a tile is 1 to {most} pixels wide"
+            )));
+        }
         let nodes = u32::try_from(config.addresses.len()).unwrap_or(u32::MAX);
         let options = MeshOptions {
             settings: shade::Settings {

@@ -16,6 +16,7 @@ mod profile;
 mod report;
 mod run;
 mod simulate;
+mod watchdog;
 
 #[cfg(test)]
 mod tests;

@@ -16,6 +16,7 @@ use crate::arenas::Arenas;
 use crate::check::check;
 use crate::pace::layout;
 use crate::run::{Actor, Run, RunSettings};
+use crate::watchdog::Watchdog;
 use crate::{
     Control, End, Error, LineReport, MeshReport, MessageReport, NodeReport, Options, Outcome,
     Report, Status, Totals,
@@ -24,9 +25,9 @@ use crate::{
 /// Events after which the caller is told how far the run is; more, where there are many nodes to look at.
 const EVENTS_PER_STATUS: u64 = 1024;
 const EVENTS_PER_NODE: u64 = 16;
-/// Events without a new pixel after which a run is given up, for each node, if all before it took no longer: where packets are lost, the last
-/// tile of a node with room for one block takes as many.
-const EVENTS_PER_PIXEL: u64 = 1 << 20;
+/// Events without a step forward after which a run is given up, for each node: where packets are lost, the last tile of a node with room for one block
+/// takes as many.
+const EVENTS_PER_STEP: u64 = 1 << 20;
 
 /// What the task of a node takes beside the memory that it divides, on this machine \[bytes\].
 pub const TASK_BYTES: usize = size_of::<Node<'static, Picture<'static, Auto, ThreadScratch>>>();
@@ -98,8 +99,8 @@ pub fn simulate(
     let threads = pool.as_ref().map_or(1, ThreadPool::current_num_threads);
     let mut run = Run::new(&mesh, nodes, host, settings, threads)?;
     let end = match pool {
-        Some(pool) => pool.install(|| drive(&mut run, control)),
-        None => drive(&mut run, control),
+        Some(pool) => pool.install(|| drive(&mut run, samples, control)),
+        None => drive(&mut run, samples, control),
     };
     run.settle();
     let report = report(&mut run, options, &mesh, &layout);
@@ -120,18 +121,21 @@ fn pool(options: &Options, mesh: &Mesh) -> Result<Option<ThreadPool>, Error> {
 
 type SimulatedRun<'m, W> = Run<'m, Node<'m, W>, HostEnd<'m>>;
 
-fn drive<'m, W: World + Send>(run: &mut SimulatedRun<'m, W>, control: &Control<'_>) -> End {
+fn drive<'m, W: World + Send>(
+    run: &mut SimulatedRun<'m, W>,
+    samples: u32,
+    control: &Control<'_>,
+) -> End {
     let nodes = run.nodes.len() as u64;
-    let patience = EVENTS_PER_PIXEL * nodes.max(64);
+    let paths = run.host.actor.ledger.pixels() * u64::from(samples);
+    let mut watchdog = Watchdog::new(EVENTS_PER_STEP * nodes.max(64), paths);
     let pause = EVENTS_PER_STATUS.max(EVENTS_PER_NODE * nodes);
-    let (mut pixels, mut since, mut since_ns, mut told) = (0, 0, 0, 0);
+    let mut told = 0;
     loop {
         let moves = run.advance();
         let ledger = &run.host.actor.ledger;
         let done = ledger.pixels_done();
-        if done != pixels {
-            (pixels, since, since_ns) = (done, run.events, run.now);
-        }
+        watchdog.pixels(done, (run.events, run.now));
         if ledger.is_complete() {
             return End::Complete;
         }
@@ -150,9 +154,10 @@ fn drive<'m, W: World + Send>(run: &mut SimulatedRun<'m, W>, control: &Control<'
                 events: run.events,
                 rays: run.nodes.iter().map(|place| place.actor.rays()).sum(),
             });
+            let begun = run.nodes.iter().map(|place| place.actor.begun()).sum();
+            watchdog.begun(begun, (run.events, run.now));
         }
-        let in_vain = run.events - since > patience && run.now - since_ns > since_ns;
-        if !moves || in_vain {
+        if !moves || watchdog.is_in_vain(run.events, run.now) {
             return End::Stuck;
         }
     }
@@ -173,6 +178,10 @@ impl<'m, W: World> Actor<'m> for Node<'m, W> {
 
     fn rays(&self) -> u64 {
         self.counts().shade.rays()
+    }
+
+    fn begun(&self) -> u64 {
+        self.counts().shade.primary
     }
 }
 

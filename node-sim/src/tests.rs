@@ -464,6 +464,30 @@ fn passing_packets_on_takes_the_time_of_nodes_without_routers() {
 
 /// A picture with a tile for each node. Where a second answer is dropped, nine tiles are with nobody until the host finds them overdue (118 by `pc`).
 #[test]
+fn who_loses_its_sub_master_asks_the_host() {
+    let file = scene("cornell", 4096);
+    let times = [0, 16].map(|group| {
+        let mut options = options(&file, "torus:4x4", 16);
+        (options.mesh.width, options.mesh.height, options.mesh.group) = (64, 64, group);
+        options.faults.crashes.push(crate::Crash { node: NodeId(0), at: 0 });
+        options.mesh.replicas = 2;
+        same(&file, &options).report.virtual_ns
+    });
+    assert!(times[1] < 2 * times[0], "{times:?}");
+}
+
+#[test]
+fn the_greatest_tiles_hold_their_pixels() {
+    let file = scene("cornell", 4096);
+    let mut options = options(&file, "line", 2);
+    (options.mesh.width, options.mesh.height, options.mesh.memory) = (300, 260, 16 << 20);
+    for tile in [256, 257, 1024] {
+        options.mesh.tile = Some(tile);
+        assert_eq!(same(&file, &options).division.tile, Some(256));
+    }
+}
+
+#[test]
 fn groups_lose_no_tile() {
     let file = scene("cornell", 4096);
     let mut options = options(&file, "torus", 4096);

@@ -1,7 +1,7 @@
 use std::{fmt, path::PathBuf, str::FromStr};
 
 use clap::{ArgMatches, Args, ValueEnum, ValueHint, parser::ValueSource};
-use kiloray_core::{network::NODES_MAX, node::Dealing};
+use kiloray_core::{network::NODES_MAX, node::Dealing, render::Tiling};
 use serde::Serialize;
 
 use super::{
@@ -301,7 +301,7 @@ pub(super) fn node(text: &str) -> Result<u16, String> {
 }
 
 pub(super) fn tile(text: &str) -> Result<u32, String> {
-    whole(text, 1, 1024)
+    whole(text, 1, Tiling::SIDE_MAX)
 }
 
 pub(super) fn group(text: &str) -> Result<u32, String> {

@@ -65,9 +65,11 @@ impl CreditSender {
         self.sent
     }
 
-    /// A credit has come. An older one than what is known changes nothing.
-    pub fn grant(&mut self, limit: Sequence) {
-        if limit.ahead_of(self.limit) > 0 {
+    /// A credit has come. An older one than what is known changes nothing, nor one for more packets than the far end has buffers: no end of this
+    /// link has sent that.
+    pub fn grant(&mut self, limit: Sequence, capacity: u16) {
+        let is_newer = limit.ahead_of(self.limit) > 0;
+        if is_newer && limit.0.wrapping_sub(self.sent.0) <= capacity {
             self.limit = limit;
         }
     }
@@ -186,10 +188,10 @@ mod tests {
         let Some(second) = sender.take() else { panic!() };
         assert_eq!(sender.take(), None);
         assert_eq!(receiver.receive(second), Arrival::Accepted { lost: 1 });
-        sender.grant(receiver.limit());
+        sender.grant(receiver.limit(), 2);
         assert_eq!(sender.available(), 1);
         receiver.release();
-        sender.grant(receiver.limit());
+        sender.grant(receiver.limit(), 2);
         assert_eq!(sender.available(), 2);
     }
 
@@ -201,7 +203,7 @@ mod tests {
             assert_eq!(receiver.receive(number), Arrival::Accepted { lost: 0 });
             assert_eq!(receiver.receive(number), Arrival::Stale);
             receiver.release();
-            sender.grant(receiver.limit());
+            sender.grant(receiver.limit(), 3);
         }
     }
 
@@ -213,5 +215,17 @@ mod tests {
             assert_eq!(receiver.probe(Sequence(number)), 0);
         }
         assert_eq!(receiver.limit(), Sequence(3));
+    }
+
+    #[test]
+    fn a_forged_credit_changes_nothing() {
+        let mut sender = CreditSender::new(3);
+        assert_eq!(sender.take(), Some(Sequence(1)));
+        for limit in [5, 6, 0x7fff, 0x8000, 0x8003, 0xffff, 0, 2] {
+            sender.grant(Sequence(limit), 3);
+            assert_eq!(sender.available(), 2);
+        }
+        sender.grant(Sequence(4), 3);
+        assert_eq!(sender.available(), 3);
     }
 }

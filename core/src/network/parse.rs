@@ -78,6 +78,8 @@ impl Topology {
                     Some(sizes) => size(sizes)?,
                     None => 2,
                 };
+                // More children than there are nodes would be ports that nothing is joined to.
+                let arity = arity.min(count.saturating_sub(1).max(1));
                 Ok(Self::Tree { nodes: count, arity })
             }
             "mesh" | "torus" => {
@@ -139,7 +141,13 @@ mod tests {
         assert_eq!(sizes("hypercube", 16), [2, 2, 2, 2]);
         assert_eq!(sizes("hypercube", 1), [1]);
         assert_eq!(sizes("line", 7), [7]);
-        assert_eq!(Topology::parse("tree:3", 9), Ok(Topology::Tree { nodes: 9, arity: 3 }));
+        let tree = |text, nodes: u16, arity| {
+            assert_eq!(Topology::parse(text, nodes.into()), Ok(Topology::Tree { nodes, arity }));
+        };
+        tree("tree:3", 9, 3);
+        tree("tree:8", 9, 8);
+        tree("tree:65535", 9, 8);
+        tree("tree", 1, 1);
     }
 
     #[test]

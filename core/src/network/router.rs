@@ -228,8 +228,11 @@ impl<'a> Router<'a> {
             return Received::Bad;
         };
         self.changed |= port_bit(port.0);
-        for (sender, limit) in state.senders.iter_mut().zip(header.limits) {
-            sender.grant(Sequence(limit));
+        // Both ends of a link have as many buffers.
+        for ((sender, receiver), limit) in
+            state.senders.iter_mut().zip(&state.receivers).zip(header.limits)
+        {
+            sender.grant(Sequence(limit), receiver.capacity());
         }
         if header.kind == PacketHeader::CONTROL {
             for (receiver, sent) in state.receivers.iter_mut().zip(header.sent) {

@@ -190,7 +190,10 @@ impl<W: World> Node<'_, W> {
             self.haste = if is_lost { self.haste.saturating_add(1).min(HASTE) } else { 0 };
         }
         (fetch.tries, fetch.gone) = (0, 0);
-        fetch.deadline = now.after(self.fetch_limit(0)).0;
+        let deadline = now.after(self.fetch_limit(0));
+        fetch.deadline = deadline.0;
+        // It may be sooner than that before: this one counts anew.
+        self.note_deadline(deadline);
         if complete {
             if request == fetch.request {
                 self.fetch_time = smoothed(self.fetch_time, now.since(fetch.begun));
@@ -304,6 +307,7 @@ impl<W: World> Node<'_, W> {
         }
         let sent = |slot: &&mut RaySlot| slot.stage() == Stage::Away && slot.sent_to == node.0;
         self.rays.iter_mut().filter(sent).for_each(|slot| slot.limit = 0);
+        self.on_master_gone(node, now);
         self.note_deadline(now);
     }
 

@@ -1,5 +1,6 @@
 use super::rules::Rule;
 use super::slots::Serve;
+use super::work::LIMIT_MAX;
 use super::{Node, Time, World};
 use crate::network::{Channel, HOST, NodeId};
 use crate::protocol::{Items, Message};
@@ -86,7 +87,7 @@ impl<W: World> Node<'_, W> {
                 // Its time limit begins anew, and is longer: it is never taken away (rule 15).
                 Some(slot) => {
                     slot.since = now.ticks();
-                    slot.limit = slot.limit.saturating_mul(2).min(u32::MAX / 4);
+                    slot.limit = slot.limit.saturating_mul(2).min(LIMIT_MAX);
                     if stops {
                         slot.limit = u32::MAX;
                     }

@@ -4,6 +4,7 @@ use super::slots::{FetchSlot, RaySlot, Root, Serve, ShadowSlot};
 use super::{PointHome, RayKind, Schedule, ShadowPolicy};
 use crate::network::{Channel, Mesh, NodeId, RouterSize};
 use crate::protocol::Item;
+use crate::render::Tiling;
 use crate::shade::Sum;
 use crate::store::{
     Arena, Budget, BudgetError, Line, LineBudget, frame_bytes, frame_table_bytes, frames_that_fit,
@@ -219,7 +220,7 @@ impl NodePlan {
             shadows: if shadows_migrate { 0 } else { step.shadows },
             tiles: step.tiles,
             visits: if visited { (rays / 2).max(1) } else { 0 },
-            side: needs.side.max(1),
+            side: needs.side.clamp(1, Tiling::SIDE_MAX as usize),
             fetches: remote.saturating_mul(step.rays.min(FETCHES_MAX)),
             serves: step.rays,
             members: Group::len_at(needs.here, needs.group, nodes),

@@ -300,9 +300,9 @@ impl<W: World> Node<'_, W> {
         slot.set_stage(Stage::Away);
         slot.sent_to = to.0;
         slot.since = now.ticks();
-        slot.limit = limit.ticks().max(1);
+        slot.limit = limit.limit_ticks();
         self.put(number, slot);
-        self.note_deadline(now.after(limit));
+        self.note_deadline(now.after(Time::of_ticks(slot.limit)));
         true
     }
 
@@ -366,7 +366,7 @@ impl<W: World> Node<'_, W> {
         } else {
             slot.sent_to = REFUSED;
             slot.since = now.ticks();
-            slot.limit = pause.ticks().max(1);
+            slot.limit = pause.limit_ticks();
         }
         if let Some(helper) = helper {
             self.helpers.remove(helper);
@@ -376,7 +376,7 @@ impl<W: World> Node<'_, W> {
             self.counts.run_at_home = self.counts.run_at_home.saturating_add(1);
             self.enqueue(to.slot());
         } else {
-            self.note_deadline(now.after(pause.max(Time::of_ticks(1))));
+            self.note_deadline(now.after(Time::of_ticks(pause.limit_ticks())));
         }
     }
 

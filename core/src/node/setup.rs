@@ -85,8 +85,9 @@ const FULL: u8 = 3;
 impl Setup {
     /// The version of this layout: whatever changes it raises it. (1 had a view in place of the camera, and a schedule alone as its policy; 2
     /// did not say where points live, and rays did not say in which block they hit; 3 had a camera that did not divide
-    /// pixels among their samples; 4 did not say how many lights a point asks; 5 did not number requests; 6 made other shadow rays.)
-    pub const VERSION: u32 = 7;
+    /// pixels among their samples; 4 did not say how many lights a point asks; 5 did not number requests; 6 made other shadow rays, 7 had other
+    /// units of very bright and very dim scenes.)
+    pub const VERSION: u32 = 8;
     /// Its length.
     pub const BYTES: usize = size_of::<Self>();
 
@@ -132,7 +133,7 @@ impl Setup {
                 let sizes = self.sizes.get(..len.unwrap_or(self.sizes.len()))?;
                 Topology::Grid(Grid::new(sizes, self.topology == WRAPPING_GRID)?)
             }
-            TREE if nodes > 0 && arity > 0 => Topology::Tree { nodes, arity },
+            TREE if arity > 0 && arity < nodes.max(2) => Topology::Tree { nodes, arity },
             FULL if nodes > 0 => Topology::Full { nodes },
             _ => return None,
         };

@@ -16,6 +16,8 @@ pub(super) struct Tiles {
     /// A request is under way until this moment at the latest.
     asked: Option<Time>,
     tries: u8,
+    /// So many more requests go past its sub-master, which did not answer, to the host.
+    past: u32,
     /// There was nothing to be had: it asks again at this moment.
     dry: Time,
     /// It had nothing else to do when it asked last.
@@ -30,6 +32,8 @@ pub(super) struct Tiles {
 
 /// Runs of tiles that a node can hold.
 const LEASES: usize = 4;
+/// Requests that go past a sub-master which lets two wait: one that has died is waited for so much more rarely.
+const PAST: u32 = 16;
 /// For how many tiles a sub-master asks at once, for each node of its group.
 const LEASE_PER_NODE: u32 = 2;
 
@@ -41,6 +45,7 @@ impl Tiles {
             answers: [0; 2],
             asked: None,
             tries: 0,
+            past: 0,
             dry: Time(0),
             idle: false,
             busy: u32::MAX,
@@ -112,6 +117,7 @@ impl Tiles {
         s.bool(&mut self.idle);
         s.all(&mut self.answers);
         s.pod(&mut self.tries);
+        s.pod(&mut self.past);
         for (first, count) in &mut self.leases {
             *first = if *count == 0 { 0 } else { *first };
             s.pod(first);
@@ -164,7 +170,10 @@ impl<W: World> Node<'_, W> {
             self.tiles.tries = self.tiles.tries.saturating_add(1);
         }
         // A master that does not answer is left out.
-        let to = if self.tiles.tries > 1 { HOST } else { self.master() };
+        if self.tiles.tries > 1 {
+            self.tiles.past = self.tiles.past.max(PAST);
+        }
+        let to = if self.tiles.past > 0 { HOST } else { self.master() };
         let ask = Message::Ask { number: *self.tiles.answers_of(to), count: wanted };
         if self.push(to, &ask, now) {
             let wait = self.settings.limit(0, Time(0), self.tiles.tries.into());
@@ -233,6 +242,7 @@ impl<W: World> Node<'_, W> {
         *answers = number.wrapping_add(1);
         self.tiles.asked = None;
         self.tiles.tries = 0;
+        self.tiles.past = if from == HOST { self.tiles.past.saturating_sub(1) } else { 0 };
         self.tiles.had = count;
         if count == 0 {
             self.tiles.dry = now.after(Time(u64::from(wait).saturating_mul(1000)));
@@ -242,6 +252,14 @@ impl<W: World> Node<'_, W> {
             self.lease(first, count);
         }
         self.begin_leased(now);
+    }
+
+    /// A node is dead: who waits for it as its sub-master asks the host, from now on.
+    pub(super) fn on_master_gone(&mut self, node: NodeId, now: Time) {
+        if node == self.master() {
+            self.tiles.past = u32::MAX;
+            self.tiles.asked = self.tiles.asked.map(|_| now);
+        }
     }
 
     /// Keeps a run of tiles that it may render or give away.

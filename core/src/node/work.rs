@@ -28,6 +28,16 @@ impl Time {
         (self.0 >> TICK) as u32
     }
 
+    /// A time limit in ticks: at least one, and no more than can be told from one that has passed.
+    #[cfg_attr(not(feature = "bundles"), inline(never))]
+    pub(super) const fn limit_ticks(self) -> u32 {
+        match (self.0 >> TICK) as u32 {
+            _ if self.0 >> (TICK + 30) > 0 => LIMIT_MAX,
+            0 => 1,
+            ticks => ticks,
+        }
+    }
+
     /// So many ticks.
     pub(super) const fn of_ticks(ticks: u32) -> Self {
         Self((ticks as u64) << TICK)
@@ -46,6 +56,8 @@ impl Time {
 
 /// A tick is 2 to this power \[ns\].
 const TICK: u32 = 10;
+/// The longest time limit, 18 minutes \[ticks\].
+pub(super) const LIMIT_MAX: u32 = u32::MAX / 4;
 
 /// Operations that a node has carried out: what a machine profile turns into time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -144,4 +156,18 @@ pub enum Lack {
     Tiles,
     /// Room in buffers to send.
     Credit,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_time_limit_is_never_shorter_than_it_is() {
+        let ticks = |ns| Time(ns).limit_ticks();
+        assert_eq!((ticks(0), ticks(1023), ticks(2048)), (1, 1, 2));
+        // As ticks alone, this would be one of a microsecond.
+        assert_eq!((Time(1 << 42 | 1 << TICK).ticks(), ticks(1 << 42 | 1 << TICK)), (1, LIMIT_MAX));
+        assert_eq!(ticks(u64::MAX), LIMIT_MAX);
+    }
 }

@@ -24,6 +24,9 @@ pub struct Tile {
 }
 
 impl Tiling {
+    /// Greatest side of a tile: the index of a pixel in it has 16 bits.
+    pub const SIDE_MAX: u32 = 256;
+
     /// A picture of `width × height` pixels in tiles of `side × side`, those at the right and lower edge smaller.
     #[must_use]
     pub const fn new(width: u32, height: u32, side: u32) -> Self {
@@ -166,6 +169,16 @@ impl Iterator for Places {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_pixels_of_the_greatest_tile_have_names_of_their_own() {
+        let tile = Tiling::new(1000, 1000, Tiling::SIDE_MAX).tile(0).unwrap();
+        let mut seen = [false; 1 << 16];
+        for place in Places::new(tile, 1) {
+            assert!(!std::mem::replace(&mut seen[usize::from(place.pixel)], true));
+        }
+        assert!(!seen.contains(&false));
+    }
 
     #[test]
     fn tiles_cover_every_pixel_once() {

@@ -19,6 +19,11 @@ pub(crate) trait Actor<'m> {
         0
     }
 
+    /// Camera paths that it has begun.
+    fn begun(&self) -> u64 {
+        0
+    }
+
     /// Pixels that it knows to be complete.
     fn pixels(&self) -> u64 {
         0
