@@ -464,12 +464,23 @@ fn passing_packets_on_takes_the_time_of_nodes_without_routers() {
 
 /// A picture with a tile for each node. Where a second answer is dropped, nine tiles are with nobody until the host finds them overdue (118 by `pc`).
 #[test]
+fn a_fetch_counts_once_though_pieces_of_it_are_lost() {
+    let file = scene("glass", 4096);
+    let mut options = options(&file, "torus:4x4", 16);
+    options.mesh.packet = 600;
+    options.faults.loss = Rate { count: 1, of: 20 };
+    let report = same(&file, &options).report;
+    assert!(report.totals.counts.fetches_again > 0);
+    assert_eq!(report.latencies.fetch.count, report.totals.counts.cache.fetched);
+}
+
+#[test]
 fn who_loses_its_sub_master_asks_the_host() {
     let file = scene("cornell", 4096);
     let times = [0, 16].map(|group| {
         let mut options = options(&file, "torus:4x4", 16);
         (options.mesh.width, options.mesh.height, options.mesh.group) = (64, 64, group);
-        options.faults.crashes.push(crate::Crash { node: NodeId(0), at: 0 });
+        options.faults.crashes.push(Crash { node: NodeId(0), at: 0 });
         options.mesh.replicas = 2;
         same(&file, &options).report.virtual_ns
     });

@@ -18,7 +18,7 @@ use serde::{Deserialize, Serialize};
 /// often it had to ask.
 #[derive(Debug)]
 pub struct Watch {
-    /// Whoever asks for a block has it with its last byte.
+    /// Whoever asks for a block has it with all of its bytes.
     block_bytes: u32,
     /// Blocks that are asked for. Entries of these maps are looked up, never listed.
     fetches: HashMap<(u16, u32), Fetch>,
@@ -109,8 +109,8 @@ enum Seen {
     IsAsked { asker: u16, block: u32 },
     /// A piece of a block leaves.
     Serves { asker: u16, block: u32, owner: u16, step: u64 },
-    /// A piece is where it was asked for, and ends at this byte.
-    HasPart { asker: u16, block: u32, end: u32 },
+    /// A piece is where it was asked for.
+    HasPart { asker: u16, block: u32, offset: u32, bytes: u32 },
     /// A ray leaves the slot that waits for it.
     RayLeaves { slot: (u16, u16), key: PathKey },
     /// Its answer has come.
@@ -153,8 +153,8 @@ impl Sight {
         let seen = Items::new(payload).filter_map(move |message| match message {
             Message::Fetch { block, .. } => Some(Seen::IsAsked { asker: from.0, block }),
             Message::Part { block, offset, bytes, .. } => {
-                let end = offset.saturating_add(bytes.len() as u32);
-                Some(Seen::HasPart { asker: at.0, block, end })
+                let bytes = bytes.len() as u32;
+                Some(Seen::HasPart { asker: at.0, block, offset, bytes })
             }
             Message::Answer { to, .. } => {
                 let (slot, key) = slot(&to);
@@ -167,7 +167,7 @@ impl Sight {
 }
 
 /// A block that is asked for.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 struct Fetch {
     /// When the first request entered a link.
     since: u64,
@@ -176,9 +176,25 @@ struct Fetch {
     served: u64,
     /// Who sent it.
     owner: u16,
+    /// Which pieces are there, and their bytes.
+    pieces: u128,
+    bytes: u32,
     /// The ends of the steps in which the request and the first piece were made.
     asked_in: u64,
     served_in: u64,
+}
+
+impl Fetch {
+    /// A piece has come, perhaps once more: whether all are there. A block has [128](kiloray_core::node::NodePlan::packet_min) pieces at most.
+    fn has(&mut self, offset: u32, bytes: u32, block_bytes: u32) -> bool {
+        let number = u64::from(offset) * 128 / u64::from(block_bytes.max(1));
+        let piece = 1_u128.checked_shl(number as u32).unwrap_or(0);
+        if self.pieces & piece == 0 {
+            self.pieces |= piece;
+            self.bytes = self.bytes.saturating_add(bytes);
+        }
+        self.bytes >= block_bytes
+    }
 }
 
 impl Watch {
@@ -199,8 +215,7 @@ impl Watch {
     pub fn see(&mut self, now: u64, sight: Sight) {
         match sight.0 {
             Seen::Asks { asker, block, owner, step } => {
-                let fetch =
-                    Fetch { since: now, asked: 0, served: 0, owner, asked_in: step, served_in: 0 };
+                let fetch = Fetch { since: now, owner, asked_in: step, ..Fetch::default() };
                 self.fetches.entry((asker, block)).or_insert(fetch);
             }
             Seen::IsAsked { asker, block } => {
@@ -217,8 +232,9 @@ impl Watch {
                     (fetch.served, fetch.served_in, fetch.owner) = (now, step, owner);
                 }
             }
-            Seen::HasPart { asker, block, end } => {
-                if end >= self.block_bytes {
+            Seen::HasPart { asker, block, offset, bytes } => {
+                let Some(fetch) = self.fetches.get_mut(&(asker, block)) else { return };
+                if fetch.has(offset, bytes, self.block_bytes) {
                     self.has_block(now, asker, block);
                 }
             }
@@ -249,10 +265,10 @@ impl Watch {
         }
     }
 
-    /// The last byte of a block is where it was asked for.
+    /// All of a block is where it was asked for.
     fn has_block(&mut self, now: u64, asker: u16, block: u32) {
         let Some(fetch) = self.fetches.remove(&(asker, block)) else { return };
-        let Fetch { since, asked, served, owner, asked_in, served_in } = fetch;
+        let Fetch { since, asked, served, owner, asked_in, served_in, .. } = fetch;
         if self.flows.len() < self.flows_max {
             self.flows.push(TraceFlow {
                 block,
@@ -286,4 +302,22 @@ impl Watch {
 
 fn slot(address: &ReturnAddress) -> ((u16, u16), PathKey) {
     ((address.node().0, address.slot()), address.key())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_block_is_there_with_its_last_missing_piece() {
+        for (block, piece) in [(4096, 4096), (4096, 1068), (65_536, 516), (1024, 8)] {
+            let offsets: Vec<u32> = (0..block).step_by(piece as usize).collect();
+            let mut fetch = Fetch::default();
+            let mut has = |offset: u32| fetch.has(offset, piece.min(block - offset), block);
+            for &offset in offsets.iter().skip(1).rev() {
+                assert!(!has(offset) && !has(offset), "{block} {piece} {offset}");
+            }
+            assert!(has(0), "{block} {piece}");
+        }
+    }
 }
