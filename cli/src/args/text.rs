@@ -106,7 +106,10 @@ reads the blocks of its share; all else comes over its links, which are sockets 
 open. The pixels are those of 'kiloray render', to the bit. A process that dies or freezes is
 replaced, and costs time alone; all end with this command. Ctrl-C keeps what is rendered.
 
-The --json fields are those of 'kiloray sim', with times of the clock in place of virtual ones.";
+The --json fields are those of 'kiloray sim', with times of the clock in place of virtual ones; it
+has no bounds_s, events, fingerprint, profile_source, virtual_time_one_node_s, memory.beside,
+links.control_packets, links.busiest and links.worst_cut, and other parts of lost and faults;
+virtual_time_s and efficiency are null. docs/json.md tells what each field means.";
 
 #[cfg(feature = "host")]
 pub(super) const HOST_NODES: &str =
