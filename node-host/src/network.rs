@@ -39,6 +39,8 @@ pub struct Network {
     /// What was found there by whoever waited for something else.
     waiting: VecDeque<Item>,
     links: Vec<Option<Link>>,
+    /// The neighbour by each port, as in [`Shared`], as far as the one that drives has been told: its links know the numbers of no other.
+    told: Vec<u64>,
     shared: Arc<Shared>,
     /// Those that are there, as far as they are connected to this one.
     there: BTreeMap<Place, Identity>,
@@ -78,7 +80,8 @@ enum Item {
     /// A message that came over a link: whole packets behind their frame.
     Packets(Port, Vec<u8>),
     Change(Identity, bool),
-    Event(Event),
+    /// Of a link, and who is there now.
+    Event(Event, u64),
     Over,
     Report,
 }
@@ -170,6 +173,7 @@ impl Network {
             open: None,
             waiting: VecDeque::new(),
             links,
+            told: vec![0; ports],
             shared,
             there: BTreeMap::new(),
             changes: Vec::new(),
@@ -268,7 +272,7 @@ impl Network {
             }
             Item::Over => self.is_over = true,
             Item::Report => {}
-            Item::Packets(..) | Item::Event(_) => return Some(item),
+            Item::Packets(..) | Item::Event(..) => return Some(item),
         }
         None
     }
@@ -292,7 +296,14 @@ impl Transport for Network {
             }
             let item = self.waiting.pop_front().or_else(|| self.inbox.try_recv().ok())?;
             match self.sort(item) {
-                Some(Item::Event(event)) => return Some(event),
+                Some(Item::Event(event, neighbour)) => {
+                    if let Event::Up { port, .. } | Event::Down { port } = event
+                        && let Some(told) = self.told.get_mut(usize::from(port.0))
+                    {
+                        *told = neighbour;
+                    }
+                    return Some(event);
+                }
                 Some(Item::Packets(port, message)) => {
                     self.open = Some((port, message, Frame::BYTES));
                 }
@@ -303,12 +314,10 @@ impl Transport for Network {
 
     fn send(&mut self, port: Port, packet: &[u8]) {
         let at = usize::from(port.0);
-        let (Some(Some(link)), Some(neighbour)) =
-            (self.links.get_mut(at), self.shared.neighbours.get(at))
+        let (Some(Some(link)), Some(&neighbour)) = (self.links.get_mut(at), self.told.get(at))
         else {
             return;
         };
-        let neighbour = neighbour.load(Ordering::Acquire);
         if neighbour & THERE == 0 {
             return;
         }
@@ -431,8 +440,9 @@ impl Watch {
                 continue;
             };
             // First the word, then the packets: they find a link that has begun anew.
-            let _ = sender.send(Item::Event(event));
-            state.store(if is_there { value } else { 0 }, Ordering::Release);
+            let now = if is_there { value } else { 0 };
+            let _ = sender.send(Item::Event(event, now));
+            state.store(now, Ordering::Release);
         }
         let _ = sender.send(Item::Change(identity, is_there));
     }
