@@ -16,8 +16,11 @@ impl Run<'_> {
         let (counts, picture) = (&report.totals.counts, &outcome.picture);
         let header = self.scene.file.view();
         let header = header.header();
-        let bounds: serde_json::Map<_, _> =
-            self.bounds().into_iter().map(|(name, ns)| (name, json!(seconds(ns)))).collect();
+        let bounds: serde_json::Map<_, _> = self
+            .bounds()
+            .iter()
+            .map(|bound| (bound.key.to_owned(), json!(seconds(bound.ns))))
+            .collect();
         let mut report = json!({
             "version": env!("CARGO_PKG_VERSION"),
             "options": self.options_json(),

@@ -66,29 +66,39 @@ fn refused_share(report: &Report) -> f64 {
     (in_vain as f64 / handled(None).max(1) as f64).min(1.0)
 }
 
-/// What no run of these nodes and links can be faster than, by name \[ns\]; the first, the work of a run that divides picture and memory in another way,
-/// but for a few per cent.
+/// What a run cannot be faster than.
+pub(in crate::command) struct Bound {
+    /// Its name for scripts.
+    pub(in crate::command) key: &'static str,
+    /// The same in words, with the place.
+    pub(in crate::command) text: String,
+    pub(in crate::command) ns: u64,
+}
+
+/// What no run of these nodes and links can be faster than; the first, the work of a run that divides picture and memory in another way, but for a few
+/// per cent.
 pub(in crate::command) fn bounds(
     report: &Report,
     baseline: Option<&Baseline>,
     cut: Option<&super::cut::Cut>,
-) -> Vec<(String, u64)> {
+) -> Vec<Bound> {
     let mut bounds = Vec::new();
+    let mut add = |key, text, ns| bounds.push(Bound { key, text, ns });
     if let Some(baseline) = baseline {
         let share = baseline.virtual_ns / report.nodes.len().max(1) as u64;
-        bounds.push(("the work of one node, shared evenly".to_owned(), share));
+        add("work", "the work of one node, shared evenly".to_owned(), share);
     }
     let busy = report.nodes.iter().map(|n| (n.time.busy(), n.node)).max_by_key(|&(ns, _)| ns);
     if let Some((ns, node)) = busy {
-        bounds.push((format!("the busiest node ({node}), without a wait"), ns));
+        add("node", format!("the busiest node ({node}), without a wait"), ns);
     }
     let link = report.links.iter().max_by_key(|link| link.busy_ns);
     if let Some(link) = link {
         let name = format!("the busiest link ({})", super::cut::link_name(link));
-        bounds.push((name, link.busy_ns));
+        add("link", name, link.busy_ns);
     }
     if let Some(cut) = cut {
-        bounds.push((format!("the worst cut ({}), at full bandwidth", cut.name), cut.bound_ns));
+        add("cut", format!("the worst cut ({}), at full bandwidth", cut.name), cut.bound_ns);
     }
     bounds
 }

@@ -17,7 +17,10 @@ use std::{path::PathBuf, sync::atomic::Ordering};
 
 use kiloray_sim::{End, LineReport, LinkReport, Options, Report};
 
-use self::{cut::Cut, lost::bounds};
+use self::{
+    cut::Cut,
+    lost::{Bound, bounds},
+};
 pub(super) use self::{
     lost::Baseline,
     options::{baseline, on, options, refused},
@@ -180,7 +183,7 @@ impl<'a> Run<'a> {
     }
 
     /// See [`bounds`].
-    fn bounds(&self) -> Vec<(String, u64)> {
+    fn bounds(&self) -> Vec<Bound> {
         bounds(&self.done.outcome.report, self.done.baseline.as_ref(), self.cut.as_ref())
     }
 }

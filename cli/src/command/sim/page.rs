@@ -111,7 +111,7 @@ fn lower_bounds(page: &mut Page, run: &Run<'_>) {
     let mut rows: Vec<_> = run
         .bounds()
         .into_iter()
-        .map(|(name, ns)| Bar::new(name, duration(ns), ns as f64))
+        .map(|bound| Bar::new(bound.text, duration(bound.ns), bound.ns as f64))
         .collect();
     rows.push(Bar::new("measured", duration(report.virtual_ns), report.virtual_ns as f64));
     page.heading("Lower bounds, and what was measured");
