@@ -43,6 +43,8 @@ struct Bench<'a> {
     now: Time,
     /// Packets that were brought to it, by port and lane.
     brought: [[u16; LANES]; 4],
+    /// Buffers at either end of a link.
+    depth: u16,
     /// Packets that it was given credit for.
     limits: [[u16; LANES]; 4],
     /// What it has said: to whom, and the payload.
@@ -120,6 +122,7 @@ impl<'a> Bench<'a> {
             payload: plan.payload(),
             now: Time(0),
             brought: [[0; LANES]; 4],
+            depth,
             limits: [[depth; LANES]; 4],
             said: Vec::new(),
         }
@@ -179,8 +182,8 @@ impl<'a> Bench<'a> {
                     has_sent = true;
                     let (header, payload) =
                         PacketHeader::split(&packet[..len]).expect("it sends packets");
-                    let sent = header.sent.map(|sent| sent.wrapping_add(2));
-                    self.limits[usize::from(port)] = sent;
+                    let limits = header.sent.map(|sent| sent.wrapping_add(self.depth));
+                    self.limits[usize::from(port)] = limits;
                     let mut items = Items::new(payload);
                     while items.next().is_some() {}
                     assert!(!items.is_damaged(), "it says what can be read");

@@ -169,7 +169,7 @@ fn senseless_meshes_are_refused_in_one_line() {
         ("--prefetch some", "all"),
         ("--shadow give", "keep, offer, steal"),
         ("--points master", "finder, owner"),
-        ("--tile 0", "1 to 1024"),
+        ("--tile 0", "1 to 256"),
         ("-o out.jpg", ".png, .hdr or .exr"),
     ] {
         folder.run(&format!("sim cornell {SMALL} {line}")).refused(2, &[part]);
