@@ -192,7 +192,8 @@ impl Hull {
         let length = libm::sqrt(normal.length_squared());
         // Each ray stands off by 160 u of its own distance to the light's farthest corner, which is at least this, less
         // its roundings, and by `error`, of which the sample took half; the other half is the surface's in the blocks.
-        let own = (CLEARANCE - 4.0 * f64::from(UNIT_ROUNDOFF)) * (far - self.spread);
+        let reached = if disc { far - 0.5 * size } else { far };
+        let own = (CLEARANCE - 4.0 * f64::from(UNIT_ROUNDOFF)) * (reached - self.spread);
         let least = normal.dot(position) + (own + 0.5 * error) * length;
         if flat && own > 0.0 && normal.dot(self.first_start(normal)) > least {
             self.floor = Some((normal, least));
