@@ -13,6 +13,7 @@ use tempfile::NamedTempFile;
 
 use crate::{
     failure::{Failure, Outcome},
+    input,
     interrupt::Partial,
 };
 
@@ -24,7 +25,7 @@ const ABANDONED_AFTER: Duration = Duration::from_secs(60);
 
 /// A file to be written: under a name of its own beside its place, and renamed when complete.
 ///
-/// Opening it shows at once, before any work, whether it can be written, and whether another output has the same place.
+/// Opening it shows at once, before any work, whether it can be written, and whether another output has the same place, or an input.
 #[derive(Debug)]
 pub(crate) struct Output {
     path: PathBuf,
@@ -55,6 +56,11 @@ impl Claim {
         }
         Ok(Self(place.to_owned()))
     }
+}
+
+/// Whether an output is begun that will have this place.
+pub(crate) fn is_claimed(place: &Path) -> bool {
+    CLAIMED.lock().is_ok_and(|all| all.contains(place))
 }
 
 impl Drop for Claim {
@@ -148,6 +154,7 @@ impl Output {
             let file = OpenOptions::new().write(true).open(path).map_err(io)?;
             (Target::Special(file), None)
         } else {
+            input::spare(path)?;
             // A link stays, what it leads to is replaced.
             let place = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
             let folder = match place.parent() {

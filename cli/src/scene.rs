@@ -19,7 +19,7 @@ use crate::{
     args::{self, ViewChoice},
     console,
     failure::{self, Failure, Outcome},
-    memory,
+    input, memory,
     progress::Progress,
 };
 
@@ -73,6 +73,7 @@ pub(crate) fn load(
         read(&sources, &mut notes)
     };
     let model = read.inspect_err(|_| tell(&notes, quiet))?;
+    model.files.iter().try_for_each(|file| input::keep(file))?;
     notes.extend(model.notes.iter().map(Note::to_string));
     let options = compile::Options {
         block_bytes: block.unwrap_or(fallback) as usize,
@@ -120,6 +121,7 @@ pub(crate) fn load(
 }
 
 fn open(path: &Path, block: Option<u32>, quiet: bool) -> Outcome<Scene> {
+    input::keep(path)?;
     let file = KiloFile::open(path).map_err(|error| match error {
         KiloError::Io { path, source } => Failure::io(&path, &source),
         KiloError::Damaged { path, error } => Failure::file(

@@ -23,6 +23,8 @@ mod shapes;
 #[cfg(test)]
 mod tests;
 
+use std::path::PathBuf;
+
 use glam::DVec3;
 
 pub use error::ModelError;
@@ -59,6 +61,8 @@ pub struct Model {
     pub views: Vec<View>,
     /// What was ignored or repaired, with how often: printed once each, in this order.
     pub notes: Notes,
+    /// The files that it was read from, also those that others name.
+    pub files: Vec<PathBuf>,
 }
 
 /// A triangle, counter-clockwise seen from its front.

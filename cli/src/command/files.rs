@@ -1,14 +1,11 @@
 //! The files that a command reads and those that it writes, as they were typed.
 
-use std::{
-    fs,
-    path::{Path, PathBuf},
-};
+use std::path::{Path, PathBuf};
 
 use crate::{
     args::{self, Command, Common, Profile, ViewChoice},
-    failure::{Failure, Outcome},
-    scene,
+    failure::Outcome,
+    input, scene,
 };
 
 /// Files by what becomes of them.
@@ -18,21 +15,16 @@ struct Files<'a> {
     written: Vec<&'a Path>,
 }
 
-/// Refuses a command that would write over what it reads, before it does either.
+/// Refuses a command that would write over what it reads, before it does either. What it reads besides is known when it is found.
 pub(super) fn check(command: &Command) -> Outcome {
     let Files { read, written } = Files::of(command);
-    // What is not there is nobody's input, and a device is not replaced.
-    let place = |path: &Path| fs::canonicalize(path).ok().filter(|place| place.is_file());
-    let read: Vec<_> = read.into_iter().filter_map(place).collect();
-    let over = written
-        .into_iter()
-        .find(|path| *path != Path::new("-") && place(path).is_some_and(|at| read.contains(&at)));
-    over.map_or(Ok(()), |path| {
-        Err(Failure::usage(format_args!(
-            "{}: this command reads it; give its output a place of its own",
-            path.display()
-        )))
-    })
+    read.into_iter().try_for_each(input::keep)?;
+    written.into_iter().filter(|path| *path != Path::new("-")).try_for_each(input::spare)
+}
+
+/// The same of what a point of a sweep reads.
+pub(super) fn keep(point: &args::Sim) -> Outcome {
+    Files::default().simulation(point).read.into_iter().try_for_each(input::keep)
 }
 
 impl<'a> Files<'a> {
@@ -40,10 +32,7 @@ impl<'a> Files<'a> {
         let files = Self::default();
         match command {
             Command::Render(a) => files.scene(&a.scene).common(&a.common).writes(&a.output),
-            Command::Sim(a) => {
-                let files = files.scene(&a.scene).common(&a.common).profile(&a.mesh.profile);
-                files.writes(&a.output).writes(&a.trace)
-            }
+            Command::Sim(a) => files.simulation(a),
             #[cfg(feature = "host")]
             Command::Host(a) => {
                 let files = files.scene(&a.scene).common(&a.common).reads(&a.config);
@@ -77,6 +66,11 @@ impl<'a> Files<'a> {
     fn writes(mut self, paths: impl IntoIterator<Item = &'a PathBuf>) -> Self {
         self.written.extend(paths.into_iter().map(PathBuf::as_path));
         self
+    }
+
+    fn simulation(self, sim: &'a args::Sim) -> Self {
+        let files = self.scene(&sim.scene).common(&sim.common).profile(&sim.mesh.profile);
+        files.writes(&sim.output).writes(&sim.trace)
     }
 
     fn scene(self, args::Scene { scenes, .. }: &'a args::Scene) -> Self {

@@ -195,6 +195,8 @@ fn what_would_be_open_to_all_is_refused() {
     let elsewhere = "node --config mesh.toml --node 0 --listen tcp/[::]:7447";
     folder.run(elsewhere).refused(2, &["tcp/[::]:7447", "--insecure"]);
     folder.run("host --config mesh.toml --samples 2").refused(2, &["--config", "--samples"]);
+    // The scene that it names is read too.
+    folder.run("host --config mesh.toml --json scene.kilo").refused(2, &["scene.kilo", "reads it"]);
     folder.run("host cornell --nodes 2 --write-config other.toml").refused(2, &["compile"]);
     folder.run("host").refused(2, &["SCENE"]);
 }

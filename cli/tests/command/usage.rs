@@ -187,6 +187,34 @@ fn no_output_goes_where_an_input_is() {
     assert!(json(&folder.path().join("cornell"))["surfaces"].is_number());
 }
 
+/// Nor where a file is that was not typed: another has named it.
+#[test]
+fn no_output_goes_where_a_file_is_that_others_name() {
+    let folder = Folder::new();
+    folder.file("e.obj", "mtllib e.mtl\nusemtl m\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+    folder.file("e.mtl", "newmtl m\nKd 1 0 0\n");
+    folder.file("top.rad", "!xform inc.rad\n");
+    folder.file("inc.rad", "void plastic m 0 0 5 .5 .5 .5 0 0\nm sphere s 0 0 4 0 0 0 1\n");
+    folder.file("v.vf", "rvu -vp 0 -9 0 -vd 0 1 0\n");
+    folder.file("p.json", "as it was");
+    let all = ["e.mtl", "inc.rad", "v.vf", "p.json"];
+    let bytes = || all.map(|name| fs::read(folder.path().join(name)).unwrap());
+    let before = bytes();
+    for (line, name) in [
+        ("render e.obj -o x.hdr --json e.mtl", "e.mtl"),
+        ("render top.rad -o x.hdr --json inc.rad", "inc.rad"),
+        ("sim top.rad --nodes 2 --trace ./inc.rad", "inc.rad"),
+        ("compile top.rad --json inc.rad", "inc.rad"),
+        ("plan e.obj --json e.mtl", "e.mtl"),
+        ("sweep cornell --over profile=pc,p.json --json p.json", "p.json"),
+        ("sweep cornell --over view=1,v.vf --json v.vf", "v.vf"),
+    ] {
+        let small = if line.starts_with(['c', 'p']) { "" } else { "--width 8 --samples 1" };
+        folder.run(&format!("{line} {small}")).refused(2, &[name, "reads it"]);
+    }
+    assert_eq!(bytes(), before);
+}
+
 /// What was complete before stays, and nobody says that it does not.
 #[cfg(target_os = "linux")]
 #[test]

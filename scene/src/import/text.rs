@@ -5,11 +5,12 @@ use std::io::{self, Read};
 use std::path::Path;
 
 use super::{Cause, Limits};
+use crate::model::Model;
 
 /// Reads a file that is text: not larger than the limit, and without zero bytes. A byte order mark
 /// and the end of the file that DOS writes are left out; where carriage returns alone end lines,
-/// newlines do.
-pub(super) fn read(path: &Path, limits: &Limits) -> Result<Vec<u8>, Cause> {
+/// newlines do. The model knows it then as one of its files.
+pub(super) fn read(model: &mut Model, path: &Path, limits: &Limits) -> Result<Vec<u8>, Cause> {
     let known = match fs::metadata(path) {
         Err(error) if error.kind() == io::ErrorKind::NotFound => return Err(Cause::Missing),
         known => known?,
@@ -42,6 +43,7 @@ pub(super) fn read(path: &Path, limits: &Limits) -> Result<Vec<u8>, Cause> {
     if !text.contains(&b'\n') {
         text.iter_mut().filter(|b| **b == b'\r').for_each(|b| *b = b'\n');
     }
+    model.files.push(path.to_owned());
     Ok(text)
 }
 

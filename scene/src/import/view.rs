@@ -60,7 +60,7 @@ fn file(
     limits: &Limits,
 ) -> Result<(), ImportError> {
     let mut at = place(path, 0);
-    let text = text::read(path, limits).map_err(|c| ImportError::new(at.clone(), c))?;
+    let text = text::read(model, path, limits).map_err(|c| ImportError::new(at.clone(), c))?;
     let mut found = 0;
     for (line, index) in text.split(|&b| b == b'\n').zip(1..) {
         at.line = index;

@@ -13,6 +13,7 @@ use crate::{
     },
     command::{division, engine, node::refused},
     failure::{Failure, Outcome},
+    input,
     scene::{self, Scene},
 };
 
@@ -49,6 +50,8 @@ pub(super) fn prepare(host: &args::Host) -> Outcome<Prepared> {
 fn of_config(host: &args::Host, path: &Path) -> Outcome<Prepared> {
     let mut config = Config::read(path).map_err(refused)?;
     config.insecure = host.insecure;
+    let secrets = config.tls.iter().flat_map(|tls| [&tls.root, &tls.certificate, &tls.key]);
+    secrets.into_iter().try_for_each(|file| input::keep(file))?;
     if config.scene.extension().is_none_or(|extension| extension != "kilo") {
         return Err(Failure::file(
             &config.scene,

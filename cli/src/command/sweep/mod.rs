@@ -18,7 +18,10 @@ use self::{
     point::{Point, points},
     table::Row,
 };
-use super::sim::{self, Baseline, Done};
+use super::{
+    files,
+    sim::{self, Baseline, Done},
+};
 use crate::{
     args,
     console::line,
@@ -44,6 +47,7 @@ pub(super) fn run(sweep: &args::Sweep) -> Outcome {
     let quiet = sweep.common.quiet;
     let folder = sweep.output.as_path();
     let mut points = points(sweep)?;
+    points.iter().try_for_each(|point| files::keep(&point.sim))?;
     let scenes = load(&mut points, quiet)?;
     let _folder = Folder::create(folder)?;
     let files = Files {

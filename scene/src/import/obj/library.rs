@@ -171,7 +171,7 @@ impl<'a> Library<'a> {
         }
         let file = self.beside(name);
         let here = |cause| ImportError::new(place(&file, 0), cause);
-        let text = match text::read(&file, self.limits) {
+        let text = match text::read(model, &file, self.limits) {
             Ok(text) => text,
             Err(Cause::Missing) => {
                 let text = "a file of materials is missing: grey instead";

@@ -26,7 +26,7 @@ use crate::model::Model;
 
 /// Reads a file into the model.
 pub(super) fn read(model: &mut Model, path: &Path, limits: &Limits) -> Result<(), ImportError> {
-    let text = text::read(path, limits).map_err(|c| ImportError::new(place(path, 0), c))?;
+    let text = text::read(model, path, limits).map_err(|c| ImportError::new(place(path, 0), c))?;
     model.notes.set_place(place(path, 0));
     mesh::read(model, &text, path, &mut library::Library::new(path, limits))
 }

@@ -72,7 +72,8 @@ impl<'a> Reader<'a> {
         let text = match self.texts.get(&known) {
             Some(text) => Arc::clone(text),
             None => {
-                let text: Arc<[u8]> = text::read(path, self.limits).map_err(here)?.into();
+                let text: Arc<[u8]> =
+                    text::read(self.model, path, self.limits).map_err(here)?.into();
                 self.texts.insert(known.clone(), Arc::clone(&text));
                 text
             }
