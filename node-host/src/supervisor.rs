@@ -4,6 +4,7 @@ use std::fs;
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStderr, Command, ExitStatus, Stdio};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
@@ -92,16 +93,25 @@ impl Folder {
 }
 
 impl Supervisor {
-    /// Starts the nodes of a configuration: `program node --config FILE --node N` for each.
+    /// Starts the nodes of a configuration: `program node --config FILE --node N` for each. Once `cancel` is set no more are
+    /// started: [`run_host`](crate::run_host) with the same ends soon.
     ///
     /// # Errors
     /// [`Error::Io`] if that cannot be.
-    pub fn start(program: &Path, folder: Folder, config: &Config) -> Result<Self, Error> {
+    pub fn start(
+        program: &Path,
+        folder: Folder,
+        config: &Config,
+        cancel: &AtomicBool,
+    ) -> Result<Self, Error> {
         let Folder(folder) = folder;
         let path = folder.path().join(CONFIG);
         fs::write(&path, config.to_text()?).map_err(|source| Error::Io { path, source })?;
         let mut this = Self { program: program.into(), folder, nodes: Vec::new(), is_over: false };
         for node in 0..config.addresses.len() {
+            if cancel.load(Ordering::Relaxed) {
+                break;
+            }
             let process = this.spawn(node as u16, 0)?;
             this.nodes.push(process);
         }

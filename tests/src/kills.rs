@@ -113,9 +113,10 @@ fn run(
     };
     let addresses = folder.addresses(nodes);
     let config = Config::new(scene, addresses, topology, &options, file.view().views()[0]);
-    let mut supervisor = Supervisor::start(program, folder, &config).map_err(|e| e.to_string())?;
-    let processes = Mutex::new(supervisor.processes());
     let (cancel, is_over) = (AtomicBool::new(false), AtomicBool::new(false));
+    let mut supervisor =
+        Supervisor::start(program, folder, &config, &cancel).map_err(|e| e.to_string())?;
+    let processes = Mutex::new(supervisor.processes());
     let (kills, freezes) = (1 + rng.u64(0..3), rng.u64(0..2));
     let outcome = thread::scope(|scope| {
         let (processes, is_over, cancel) = (&processes, &is_over, &cancel);

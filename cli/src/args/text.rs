@@ -112,8 +112,7 @@ links.control_packets, links.busiest and links.worst_cut, and other parts of los
 virtual_time_s and efficiency are null. docs/json.md tells what each field means.";
 
 #[cfg(feature = "host")]
-pub(super) const HOST_NODES: &str =
-    "How many nodes [default: as the sizes of the topology say, else one for each processor]";
+pub(super) const HOST_NODES: &str = "How many nodes, 256 at most on this machine [default: as the sizes of the topology say, else one for each processor]";
 
 #[cfg(feature = "host")]
 pub(super) const HOST_TOPOLOGY: &str = "\

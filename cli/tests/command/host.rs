@@ -94,6 +94,10 @@ fn what_cannot_be_is_said_in_one_line() {
     folder
         .run("host cornell --nodes 7 --topology torus:2x4")
         .refused(2, &["--topology", "7 nodes"]);
+    for mesh in ["--nodes 257", "--topology torus:32x32", "--nodes 32768 --memory 64KiB"] {
+        let words = ["at most 256 processes", "kiloray sim", "--config"];
+        folder.run(&format!("host cornell {mesh}")).refused(2, &words);
+    }
     folder.run("host cornell --nodes 2 --memory 4KiB").refused(1, &["--memory", "at least"]);
     folder.run("host cornell --nodes 2 --profile pc").refused(2, &["--profile"]);
     folder.run("node --config mesh.toml --node 0").refused(1, &["mesh.toml"]);

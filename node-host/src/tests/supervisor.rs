@@ -1,6 +1,7 @@
 //! Processes that do nothing, under the eyes of a supervisor.
 
 use std::path::Path;
+use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
 use kiloray_core::network::NodeId;
@@ -10,14 +11,26 @@ use crate::{Error, Folder, Place, Supervisor};
 
 /// A supervisor of two nodes, each of which only waits for its end.
 fn supervisor() -> Supervisor {
+    start(false)
+}
+
+fn start(is_cancelled: bool) -> Supervisor {
     let program = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/src/tests/waits"));
     let config = config(&scene("cornell"), 2, "full", 1 << 16);
-    Supervisor::start(program, Folder::new().expect("a directory"), &config).expect("they start")
+    let folder = Folder::new().expect("a directory");
+    let cancel = AtomicBool::new(is_cancelled);
+    Supervisor::start(program, folder, &config, &cancel).expect("they start")
 }
 
 /// When all that has been started has had so many seconds.
 fn after(seconds: u64) -> Instant {
     Instant::now() + Duration::from_secs(seconds)
+}
+
+#[test]
+fn what_is_cancelled_starts_no_more() {
+    assert_eq!(supervisor().processes().len(), 2);
+    assert!(start(true).processes().is_empty());
 }
 
 #[test]

@@ -177,8 +177,10 @@ fn hosted(file: &KiloFile, arguments: &Arguments, nodes: u16) -> Result<(Outcome
     let addresses = folder.addresses(nodes);
     let config = Config::new(scene, addresses, TOPOLOGY, &options, view.views()[0]);
     let program = std::env::current_exe().map_err(|e| e.to_string())?;
-    let mut supervisor = Supervisor::start(&program, folder, &config).map_err(|e| e.to_string())?;
-    let control = Control { cancel: &AtomicBool::new(false), progress: &|_| {} };
+    let cancel = &AtomicBool::new(false);
+    let mut supervisor =
+        Supervisor::start(&program, folder, &config, cancel).map_err(|e| e.to_string())?;
+    let control = Control { cancel, progress: &|_| {} };
     let outcome =
         run_host(&config, &view, Some(&mut supervisor), &control).map_err(|e| e.to_string())?;
     supervisor.stop(Duration::from_secs(2));

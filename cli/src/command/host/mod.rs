@@ -80,7 +80,7 @@ pub(super) fn run(host: &args::Host) -> Outcome {
     let start = |folder| {
         let program = std::env::current_exe()
             .map_err(|error| Failure::new(format_args!("where this program is: {error}")))?;
-        Supervisor::start(&program, folder, &config).map_err(refused)
+        Supervisor::start(&program, folder, &config, cancel).map_err(refused)
     };
     let mut supervisor = folder.map(start).transpose()?;
     let outcome = {

@@ -120,6 +120,12 @@ fn of_options(host: &args::Host) -> Outcome<Prepared> {
     // What makes no sense is said before the scene is read.
     let division = host.division.for_processes();
     let topology = division.topology().map_err(Failure::usage)?;
+    if topology.nodes() > PROCESSES_MAX && host.write_config.is_none() {
+        return Err(Failure::usage(format_args!(
+            "{} nodes: this machine gets at most {PROCESSES_MAX} processes; take fewer --nodes,              'kiloray sim' for a mesh of more, or --config for nodes on other machines",
+            topology.nodes()
+        )));
+    }
     let scenes = host.scene.scenes.clone();
     let block = engine::default_block(Some(division::memory(&common)));
     let scene = scene::load(&host.scene, common.block, block, common.quiet)?
@@ -148,6 +154,10 @@ fn of_options(host: &args::Host) -> Outcome<Prepared> {
     config.mesh.enforce = host.enforce;
     Ok(Prepared { common, division, scenes, scene, options, config, folder })
 }
+
+/// Most nodes that are started here. Each is a process of some 20 MB with a queue of its own for processors, and takes two of the 1024 files that a
+/// process may have open by default.
+const PROCESSES_MAX: u16 = 256;
 
 /// The port of node 0 in a configuration that is written.
 const PORT: u16 = 7447;
