@@ -231,7 +231,8 @@ fn read(sources: &[Source], notes: &mut Vec<String>) -> Outcome<Model> {
                 path.display()
             )));
         }
-        let view = import::view(&path.to_string_lossy(), None).map_err(Failure::new)?;
+        let (view, told) = import::view(&path.to_string_lossy(), None).map_err(Failure::new)?;
+        notes.extend(told.iter().map(Note::to_string));
         model.views.insert(0, view);
     }
     Ok(model)
@@ -245,10 +246,13 @@ impl Scene {
         })
     }
 
-    /// Forgets the word on the default view, where another is chosen that is not of the scene.
+    /// Forgets the word on the default view, where another is chosen that is not of the scene, and adds what is to say of that. (What is wrong
+    /// with it is said when it is looked for.)
     pub(crate) fn with_view(mut self, choice: Option<&ViewChoice>) -> Self {
-        if matches!(choice, Some(ViewChoice::Options(_))) {
+        if let Some(ViewChoice::Options(text)) = choice {
             self.notes.retain(|note| !note.starts_with("no view given"));
+            let read = import::view(text, None);
+            self.notes.extend(read.iter().flat_map(|(_, told)| told.iter().map(Note::to_string)));
         }
         self
     }
@@ -289,7 +293,10 @@ impl Scene {
                 })
             }
             Some(ViewChoice::Options(text)) => {
-                let view = import::view(text, None).map_err(Failure::new)?;
+                let is_typed = text.starts_with('-');
+                let (view, _) = import::view(text, None).map_err(|error| {
+                    if is_typed { Failure::usage(error) } else { Failure::new(error) }
+                })?;
                 compile::view_in(&file.header().frame, &view)
                     .ok_or_else(|| Failure::new(format_args!("{text}: the view has no direction")))
             }

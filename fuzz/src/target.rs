@@ -148,7 +148,7 @@ impl Target {
                 // A leading dash: options, never the name of a file.
                 let text = format!("-vp {}", String::from_utf8_lossy(input));
                 import::view(&text, None)
-                    .map_or_else(|e| e.to_string(), |v| format!("{:?}", v.kind))
+                    .map_or_else(|e| e.to_string(), |(view, _)| format!("{:?}", view.kind))
             }
             Self::Kilo => match KiloFile::from_bytes(input) {
                 Err(error) => error.to_string(),

@@ -108,6 +108,19 @@ fn views_are_chosen_and_fitted() {
     assert_eq!(folder.hash("c.kilo --view same.vf --width 20 --samples 1"), first);
     let wide = folder.render("cornell --width 40 --height 20 --samples 1");
     assert_eq!((&wide["width"], &wide["height"]), (&40.into(), &20.into()));
+    // What a file holds beside options of a view is said, however it is named.
+    folder.file("more.vf", "rvu -vtv -vp -2.78 -8 2.73 -vd 0 1 0 -x 800\n");
+    for line in ["render cornell more.vf", "render cornell --view more.vf"] {
+        let ran = folder.run(&format!("{line} --width 20 --samples 1")).done();
+        let message = ran.err();
+        assert!(message.starts_with("note: more.vf:1: an option that is no view"), "{message}");
+    }
+    for typed in ["-vp 1 2 3 -vd 0 1 0 -foo", "-vp 3 4 5 -vd 0 1 0 foo"] {
+        let ran = folder.command().args(["render", "cornell", "--view", typed]).output().unwrap();
+        let message = String::from_utf8_lossy(&ran.stderr);
+        assert_eq!(ran.status.code(), Some(2), "{message}");
+        assert!(message.contains("foo` is not a view option; there are -vtv"), "{message}");
+    }
     folder.file("bad.vf", "rvu -vp 1 2\n");
     folder.run("render cornell --view bad.vf").refused(1, &["bad.vf"]);
     folder.run("render cornell same.vf --view nobody").refused(2, &["nobody", "same", "default"]);

@@ -8,16 +8,17 @@ use kiloray_core::scene::ViewKind;
 use super::error::{place, syntax};
 use super::scan::{Words, number, shown};
 use super::{Cause, ImportError, Limits, text};
-use crate::model::{Model, Place, View};
+use crate::model::{Model, Notes, Place, View};
 
 /// A view given by a person: view options (`-vp 0 0 1 -vd 0 1 0`), or the name of a file of them.
 ///
 /// Options that are not given are those of `base`, else Radiance's: `-vtv -vp 0 0 0 -vd 0 1 0
-/// -vu 0 0 1 -vh 45 -vv 45`, without shift, lift or clipping.
+/// -vu 0 0 1 -vh 45 -vv 45`, without shift, lift or clipping. With it comes what of a file was ignored.
 ///
 /// # Errors
-/// If the file cannot be read, or if an option is not as it should be.
-pub fn view(argument: &str, base: Option<&View>) -> Result<View, ImportError> {
+/// If the file cannot be read, or if an option is not as it should be. Of those that are typed each must be one of a view: a
+/// file may hold a whole command.
+pub fn view(argument: &str, base: Option<&View>) -> Result<(View, Notes), ImportError> {
     let mut model = Model::default();
     let mut view = base.cloned().unwrap_or_else(standard);
     if argument.trim_start().starts_with('-') {
@@ -25,12 +26,15 @@ pub fn view(argument: &str, base: Option<&View>) -> Result<View, ImportError> {
             let file = Some("--view".into());
             ImportError::new(Place { file, line: 0 }, cause)
         };
-        options(&mut view, argument.as_bytes(), &mut model).map_err(here)?;
+        let foreign = |word: &[u8]| Err(unknown(word));
+        options(&mut view, argument.as_bytes(), foreign).map_err(here)?;
         model.add_view(view).map_err(|e| here(e.into()))?;
     } else {
         file(&mut view, &mut model, Path::new(argument), &Limits::default())?;
     }
-    model.views.pop().ok_or_else(|| ImportError::new(Place::default(), syntax("no view")))
+    let view = model.views.pop();
+    let view = view.ok_or_else(|| ImportError::new(Place::default(), syntax("no view")))?;
+    Ok((view, model.notes))
 }
 
 /// Reads a file of view options into the model: one view, named as the file.
@@ -79,7 +83,11 @@ fn file(
             }
             continue;
         };
-        found += options(view, rest, model).map_err(|c| ImportError::new(at.clone(), c))?;
+        let foreign = |_: &[u8]| {
+            model.note("an option that is no view option: left out");
+            Ok(())
+        };
+        found += options(view, rest, foreign).map_err(|c| ImportError::new(at.clone(), c))?;
     }
     at.line = 0;
     if found == 0 {
@@ -91,8 +99,12 @@ fn file(
     model.add_view(view.clone()).map_err(|e| ImportError::new(at, e))
 }
 
-/// Changes a view by options, and counts those that are view options.
-fn options(view: &mut View, text: &[u8], model: &mut Model) -> Result<usize, Cause> {
+/// Changes a view by options, and counts those that are view options. What else there is goes to `foreign`.
+fn options(
+    view: &mut View,
+    text: &[u8],
+    mut foreign: impl FnMut(&[u8]) -> Result<(), Cause>,
+) -> Result<usize, Cause> {
     let mut words = Words::new(text);
     let mut found = 0;
     while let Some(option) = words.word(false) {
@@ -125,19 +137,21 @@ fn options(view: &mut View, text: &[u8], model: &mut Model) -> Result<usize, Cau
                     "the view type `{option}` is not built in; take -vtv (perspective) or -vtl (parallel)"
                 )));
             }
-            [b'-', b'v', ..] => {
-                let option = shown(option);
-                return Err(syntax(format!(
-                    "`{option}` is not a view option; there are -vtv -vtl -vp -vd -vu -vh -vv -vs -vl -vo -va"
-                )));
-            }
+            [b'-', b'v', ..] => return Err(unknown(option)),
             _ => {
                 found -= 1;
-                model.note("an option that is no view option: left out");
+                foreign(option)?;
             }
         }
     }
     Ok(found)
+}
+
+fn unknown(option: &[u8]) -> Cause {
+    syntax(format!(
+        "`{}` is not a view option; there are -vtv -vtl -vp -vd -vu -vh -vv -vs -vl -vo -va",
+        shown(option)
+    ))
 }
 
 #[cfg(test)]
@@ -145,6 +159,10 @@ mod tests {
     use glam::dvec3;
 
     use super::*;
+
+    fn view(argument: &str, base: Option<&View>) -> Result<View, ImportError> {
+        super::view(argument, base).map(|(view, _)| view)
+    }
 
     #[test]
     fn options_change_what_they_name() {
@@ -173,6 +191,9 @@ mod tests {
             ("-vp 1 2 nan", "finite"),
             ("-vp 1 2 x", "`-vp` takes numbers: `x`"),
             ("-vq 3", "there are -vtv"),
+            ("-vp 1 2 3 -foo", "`-foo` is not a view option; there are -vtv"),
+            ("-pv 3 4 5", "`-pv` is not"),
+            ("-vp 3 4 5 junk", "`junk` is not"),
             ("-vh 180", "180"),
             ("-vd 0 0 0", "direction"),
             ("-vd 0 0 1", "parallel"),
@@ -182,5 +203,16 @@ mod tests {
             assert!(error.contains(says) && !error.contains('\n'), "{bad}: {error}");
         }
         assert!(view("no/such/file.vf", None).unwrap_err().to_string().contains("no such file"));
+    }
+
+    #[test]
+    fn what_else_is_in_a_file_is_noted() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.vf");
+        std::fs::write(&path, "rvu -vp 0 0 1 -x 800\nhello\n").unwrap();
+        let (view, notes) = super::view(path.to_str().unwrap(), None).unwrap();
+        assert_eq!(view.position, DVec3::Z);
+        let told: Vec<_> = notes.iter().map(|note| (note.first.line, note.count)).collect();
+        assert_eq!(told, [(1, 2), (2, 1)]);
     }
 }
