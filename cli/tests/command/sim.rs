@@ -99,6 +99,23 @@ fn a_person_is_told_what_it_cost() {
 }
 
 #[test]
+fn a_crash_behind_the_end_is_said_not_to_have_been() {
+    let folder = Folder::new();
+    let line = format!("cornell {SMALL} --nodes 4 --no-baseline --block-replicas 4");
+    let told = |line: &str| folder.run(line).done().err();
+    let late = told(&format!("sim {line} --crash 3@1us,2@10s"));
+    assert!(late.starts_with("note: node 2 did not crash: the run was over at "), "{late}");
+    let both = told(&format!("sim {line} --crash 3@9s,2@10s"));
+    assert!(both.starts_with("note: nodes 3 and 2 did not crash"), "{both}");
+    for crash in ["--crash 3@1us", "--crash 2@10s --quiet"] {
+        assert_eq!(told(&format!("sim {line} {crash}")), "", "{crash}");
+    }
+    let sweep = told(&format!("sweep {line} --over crash=2@1us,2@9s,3@9s"));
+    let starts = "note: in the first of 2 points node 2 did not crash";
+    assert!(sweep.starts_with(starts) && sweep.lines().count() == 1, "{sweep}");
+}
+
+#[test]
 fn a_block_that_is_lost_ends_the_run_and_leaves_what_there_is() {
     let folder = Folder::new();
     // The top of the tree is nowhere else but at its owners, and all but one of them die at once.

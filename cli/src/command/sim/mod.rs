@@ -25,6 +25,7 @@ pub(super) use self::{
     lost::Baseline,
     options::{baseline, on, options, refused},
     run::{Done, measured},
+    summary::spared,
 };
 use super::{
     division, engine, html,
@@ -106,6 +107,9 @@ pub(super) fn run(sim: &args::Sim) -> Outcome {
         .any(is_standard);
     if !quiet && !to_standard {
         summary::print(&run, &path)?;
+    }
+    if let Some(spared) = spared(&done.outcome.report, &options).filter(|_| !quiet) {
+        failure::warn(&spared);
     }
     match why_incomplete(done.outcome.end, &options) {
         Some(why) => {

@@ -1,5 +1,8 @@
 use std::path::Path;
 
+use kiloray_core::network::NodeId;
+use kiloray_sim::{Options, Report};
+
 use super::{Run, cut::link_name, lost::lost};
 use crate::{
     command::mesh::{again, so_far},
@@ -88,6 +91,22 @@ fn time(run: &Run<'_>) -> String {
         ),
         _ => virtual_time,
     }
+}
+
+/// Nodes that were to crash, and have not: the run was over before.
+pub(in crate::command) fn spared(report: &Report, options: &Options) -> Option<String> {
+    let has_crashed = |node: NodeId| report.faults.crashes.iter().any(|crash| crash.node == node.0);
+    let mut spared: Vec<_> = options.faults.crashes.iter().map(|crash| crash.node).collect();
+    spared.retain(|&node| !has_crashed(node));
+    spared.dedup();
+    let (last, others) = spared.split_last()?;
+    let others: Vec<_> = others.iter().map(|node| node.0.to_string()).collect();
+    let nodes = match others.as_slice() {
+        [] => format!("node {}", last.0),
+        others => format!("nodes {} and {}", others.join(", "), last.0),
+    };
+    let end = duration(report.virtual_ns);
+    Some(format!("{nodes} did not crash: the run was over at {end}"))
 }
 
 /// What went wrong by request, and what it led to.

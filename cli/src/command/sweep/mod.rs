@@ -25,7 +25,7 @@ use super::{
 use crate::{
     args,
     console::line,
-    failure::{Failure, Outcome},
+    failure::{self, Failure, Outcome},
     interrupt,
     output::{Folder, Output},
     progress::Progress,
@@ -62,6 +62,13 @@ pub(super) fn run(sweep: &args::Sweep) -> Outcome {
         table::print(&rows)?;
         line(format_args!("table  {}", folder.join("sweep.csv").display()))?;
         line(format_args!("page   {}", folder.join("index.html").display()))?;
+    }
+    let spared: Vec<_> = rows.iter().filter_map(|row| row.spared.as_deref()).collect();
+    if let Some(first) = spared.first().filter(|_| !quiet) {
+        failure::warn(&match spared.len() {
+            1 => format!("in one point {first}"),
+            points => format!("in the first of {points} points {first}"),
+        });
     }
     if let Some((a, b)) = table::differing(&rows) {
         return Err(Failure::new(format_args!(

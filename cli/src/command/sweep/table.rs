@@ -19,6 +19,8 @@ pub(super) struct Row {
     pub(super) values: Vec<String>,
     /// Why there is nothing else.
     pub(super) error: Option<String>,
+    /// Nodes that were to crash, and have not.
+    pub(super) spared: Option<String>,
     /// What decides about the picture.
     picture: String,
     /// All of it, as `kiloray sim --json` gives it, but for the wall clock.
@@ -91,7 +93,8 @@ impl Row {
             "{} {} {:?} {:?}",
             options.mesh.width, options.mesh.height, options.view, options.mesh.settings
         );
-        Self { values: point.values.clone(), error: None, picture, json }
+        let spared = sim::spared(&done.outcome.report, options);
+        Self { values: point.values.clone(), error: None, spared, picture, json }
     }
 
     /// Of a point that did not.
@@ -99,6 +102,7 @@ impl Row {
         Self {
             values: point.values.clone(),
             error: Some(error.to_owned()),
+            spared: None,
             picture: String::new(),
             json: Value::Null,
         }
@@ -127,7 +131,7 @@ impl Row {
     #[cfg(test)]
     pub(super) fn of_json(values: &[&str], json: Value) -> Self {
         let values = values.iter().map(|v| (*v).to_owned()).collect();
-        Self { values, error: None, picture: String::new(), json }
+        Self { values, error: None, spared: None, picture: String::new(), json }
     }
 
     fn name(&self) -> String {
@@ -219,6 +223,7 @@ mod tests {
         Row {
             values: values.iter().map(|v| (*v).to_owned()).collect(),
             error: error.map(str::to_owned),
+            spared: None,
             picture: "the same".into(),
             json: if error.is_some() {
                 Value::Null
