@@ -6,7 +6,7 @@ pub(crate) mod firmware;
 mod mesh;
 mod options;
 mod parse;
-mod size;
+pub(crate) mod size;
 mod text;
 mod units;
 
@@ -20,7 +20,7 @@ pub(crate) use mesh::Top;
 pub(crate) use mesh::{
     Mesh, Placement, Points, Prefetch, Profile, Schedule, Shadow, Switching, TaskOrder,
 };
-pub(crate) use options::{Bounds, Common, Exposure, ViewChoice};
+pub(crate) use options::{BLOCK_MIN, Bounds, Common, Exposure, ViewChoice};
 pub(crate) use parse::{command, parse};
 use serde::Serialize;
 pub(crate) use units::Part;

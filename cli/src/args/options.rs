@@ -13,6 +13,9 @@ const PIXELS_MAX: u64 = 1 << 28;
 /// Most camera paths of a pixel.
 const SAMPLES_MAX: u32 = 1 << 18;
 
+/// Least size of a block \[bytes\].
+pub(crate) const BLOCK_MIN: u32 = 1 << 10;
+
 /// Options of all commands that render.
 #[derive(Debug, Clone, Args, Serialize)]
 pub(crate) struct Common {
@@ -223,7 +226,7 @@ pub(super) fn threads(text: &str) -> Result<u32, String> {
 
 pub(super) fn block(text: &str) -> Result<u32, String> {
     let bytes = parse_bytes(text)?;
-    if bytes.is_power_of_two() && (1 << 10..=1 << 16).contains(&bytes) {
+    if bytes.is_power_of_two() && (BLOCK_MIN.into()..=1 << 16).contains(&bytes) {
         Ok(bytes as u32)
     } else {
         Err("a block is 1KiB, 2KiB, 4KiB, 8KiB, 16KiB, 32KiB or 64KiB".into())

@@ -22,9 +22,26 @@ pub(crate) fn parse_bytes(text: &str) -> Result<u64, String> {
     number.checked_mul(unit).ok_or_else(|| format!("{text} is more than can be addressed"))
 }
 
+/// A size as it can be typed, to the byte: in the greatest unit of which it is a whole number.
+pub(crate) fn typed(bytes: u64) -> String {
+    let units = [(30, "GiB"), (20, "MiB"), (10, "KiB")];
+    let fits = |&(bits, _): &(u32, &str)| bytes > 0 && bytes.trailing_zeros() >= bits;
+    match units.into_iter().find(fits) {
+        Some((bits, unit)) => format!("{}{unit}", bytes >> bits),
+        None => format!("{bytes}B"),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn sizes_are_written_as_they_are_typed() {
+        for text in ["0B", "1023B", "1KiB", "1025B", "20KiB", "3MiB", "1025KiB", "1GiB"] {
+            assert_eq!(parse_bytes(text).map(typed).as_deref(), Ok(text));
+        }
+    }
 
     #[test]
     fn sizes_are_strict() {

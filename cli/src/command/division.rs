@@ -6,7 +6,7 @@ use serde::Serialize;
 use serde_json::{Value, json};
 
 use crate::{
-    args::{self, Bounds, Common, Division},
+    args::{self, BLOCK_MIN, Bounds, Common, Division, size::typed},
     failure::{Failure, Outcome},
     memory,
 };
@@ -105,10 +105,19 @@ pub(super) fn limited(
     let held = placement.most_blocks();
     let limited = if top_is_said && held > most { Err(held) } else { placement.within(most) };
     limited.map_err(|least| {
-        let less = if top_is_said { ", or a smaller --top" } else { "" };
+        let ways = [
+            (true, "give more"),
+            (u32::from(placement.nodes) < placement.blocks, "more --nodes"),
+            (block_bytes > BLOCK_MIN.into(), "smaller blocks with --block"),
+            (top_is_said, "a smaller --top"),
+        ];
+        let ways: Vec<_> = ways.iter().filter_map(|&(can, way)| can.then_some(way)).collect();
         Failure::new(format_args!(
-            "--rom {rom}: a node owns up to {least} blocks, {} bytes; give more, or more --nodes{less}",
-            u64::from(least) * block_bytes,
+            "--rom {}: a node owns up to {least} {}, {}; {}",
+            typed(rom),
+            if least == 1 { "block" } else { "blocks" },
+            typed(u64::from(least) * block_bytes),
+            ways.join(", or "),
         ))
     })
 }

@@ -21,6 +21,9 @@ use crate::{
 /// Nobody sets it: an interrupt ends the command.
 static CANCEL: AtomicBool = AtomicBool::new(false);
 
+/// Packets of less have buffers of this size all the same.
+const PACKET_LEAST: u16 = 256;
+
 /// Size of a block where nothing is said: small for small memories.
 pub(super) fn default_block(memory: Option<u64>) -> u32 {
     if memory.is_some_and(|memory| memory < 512 << 10) { 4 << 10 } else { 16 << 10 }
@@ -69,14 +72,14 @@ pub(super) fn render(scene: &Scene, options: &Options, quiet: bool) -> Outcome<R
 /// An error of the renderer in one line.
 pub(super) fn refused(error: Error) -> Failure {
     match error {
-        Error::Budget(error) => too_small(&error),
+        Error::Budget(error) => too_small(&error, 0),
         Error::View | Error::Size { .. } => Failure::usage(error),
         other => Failure::new(other),
     }
 }
 
-/// What is needed and what there is.
-pub(super) fn too_small(error: &BudgetError) -> Failure {
+/// What is needed and what there is. `packet` is what was asked for, 0 for nothing: then it is as small as it may be.
+pub(super) fn too_small(error: &BudgetError, packet: u16) -> Failure {
     let lines: Vec<_> = error
         .lines()
         .filter(|line| line.need > 0)
@@ -84,8 +87,11 @@ pub(super) fn too_small(error: &BudgetError) -> Failure {
         .collect();
     // What takes most of what is needed tells how it could be less.
     let most = error.lines().max_by_key(|line| line.need).map(|line| line.line);
+    let has_frames = error.lines().any(|line| line.line == Line::Frames && line.need > 0);
     let advice = match most {
-        Some(Line::Messages) => "smaller packets with --packet",
+        Some(Line::Messages) if packet > PACKET_LEAST => "smaller packets with --packet",
+        // Without frames smaller blocks take as much.
+        Some(Line::Messages) if !has_frames => "a --topology with fewer links",
         Some(Line::Tile) => "smaller tiles with --tile",
         Some(Line::Tables) => "more nodes to share the blocks",
         _ => "smaller blocks with --block",

@@ -190,6 +190,8 @@ fn what_would_be_open_to_all_is_refused() {
     folder.file("mesh.toml", text.replace("127.0.0.1", "0.0.0.0"));
     let words = ["tcp/0.0.0.0:7447", "quic/0.0.0.0:7447", "--insecure"];
     folder.run("node --config mesh.toml --node 0").refused(2, &words);
+    let fifth = folder.run("node --config mesh.toml --node 5");
+    fifth.refused(2, &["error: node 5: mesh.toml has nodes 0 to 0 only"]);
     folder.run("host --config mesh.toml").refused(2, &words);
     folder.file("mesh.toml", text);
     let elsewhere = "node --config mesh.toml --node 0 --listen tcp/[::]:7447";

@@ -84,5 +84,6 @@ fn blocks_are_dealt_out_to_nodes() {
     let fits = most * 4096;
     let compile = "compile colour-cube --block 4KiB --nodes 8 --rom";
     folder.run(&format!("{compile} {fits}")).done();
-    folder.run(&format!("{compile} {}", fits - 1)).refused(1, &["--rom", &format!("{fits} bytes")]);
+    let refused = folder.run(&format!("{compile} {}", fits - 1));
+    refused.refused(1, &["--rom", &format!("{}KiB; give more", fits >> 10), "--block"]);
 }

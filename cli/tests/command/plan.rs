@@ -18,6 +18,7 @@ fn the_budget_of_a_node_of_a_mesh_is_the_simulators() {
     let text = folder.run(&format!("plan {mesh}")).done().out();
     assert!(text.contains("messages") && text.contains(&format!("{sum} of 65536")), "{text}");
     assert!(text.contains("Node 0 of 16") && text.contains("--owned-in-arena"), "{text}");
+    assert!(text.contains(" bytes of memory are needed."), "{text}");
 
     // Blocks on their way take a part of the frames alone.
     let frames = lines.iter().find(|line| line["line"] == "block frames").unwrap();
@@ -75,8 +76,15 @@ fn no_node_owns_more_than_its_read_only_memory_holds() {
     assert!(least < top);
     assert!((least..top).contains(&most(&format!("--rom {}", top - 1))));
     assert_eq!(most(&format!("--rom {least}")), least);
-    plan(&format!("--rom {}", least - 1)).refused(1, &["--rom", &format!("{least} bytes")]);
+    // Blocks cannot be smaller.
+    let need = "; give more, or more --nodes";
+    let refused = plan(&format!("--rom {}", least - 1));
+    assert!(refused.err().trim_end().ends_with(need), "{}", refused.err());
+    refused.refused(1, &[&format!("--rom {}B", least - 1), &format!("blocks, {}KiB", least >> 10)]);
     plan(&format!("--rom {least} --top 64KiB")).refused(1, &["--rom", "smaller --top"]);
+    // All have the root alone.
+    let one = folder.run("plan cornell --block 16KiB --nodes 64 --rom 3KiB");
+    one.refused(1, &["--rom 3KiB: a node owns up to 1 block, 16KiB; give more, or smaller blocks"]);
 }
 
 #[test]
@@ -99,6 +107,14 @@ fn of_all_ram_the_firmware_takes_its_part() {
     let out = folder.run("plan cornell --nodes 4 --ram 64KiB").done().out();
     assert!(out.contains("36.0 KiB are left"), "{out}");
     assert!(out.contains("of 36864"), "{out}");
-    folder.run("plan cornell --nodes 4 --ram 30KiB").refused(1, &["too small"]);
+    for mesh in ["", "--nodes 4 "] {
+        let little = folder.run(&format!("plan cornell {mesh}--ram 20KiB"));
+        assert!(little.out().contains("nothing is left"), "{}", little.out());
+        let message = little.err();
+        little.refused(1, &["--ram 20KiB: the firmware takes 28.0 KiB and the node at least "]);
+        let (_, enough) = message.trim_end().rsplit_once("give ").expect("what to give");
+        folder.run(&format!("plan cornell {mesh}--ram {enough} --block 4KiB")).done();
+    }
+    folder.run("plan cornell --nodes 4 --ram 30KiB").refused(1, &["--ram 30KiB", "give "]);
     folder.run("plan cornell --ram 64KiB --memory 64KiB").refused(2, &["--memory"]);
 }

@@ -89,6 +89,8 @@ fn a_person_is_told_what_it_cost() {
     ] {
         assert!(told.contains(part), "no '{part}' in: {told}");
     }
+    let few = folder.run(&format!("sim cornell {SMALL} --nodes 4 --no-baseline --slow 1:3")).done();
+    assert!(few.out().contains("faults     1 slow node, "), "{}", few.out());
     let trace = json(&folder.path().join("t.json"));
     let events = trace["traceEvents"].as_array().unwrap();
     let slices: Vec<_> = events.iter().filter(|event| event["ph"] == "X").collect();
@@ -194,10 +196,15 @@ fn senseless_meshes_are_refused_in_one_line() {
     for (line, part) in [
         ("--memory 1KiB", "needed"),
         ("--memory 64KiB --packet 63KiB", "messages"),
+        ("--memory 64KiB --packet 63KiB", "give more, or smaller packets with --packet"),
+        ("--memory 4KiB --topology full", "give more, or a --topology with fewer links"),
+        ("--memory 4KiB --packet 256B", "give more, or a --topology with fewer links"),
         ("--trace nowhere/t.json", "nowhere"),
     ] {
         folder.run(&format!("sim cornell {SMALL} --nodes 4 {line}")).refused(1, &[part]);
     }
     folder.run("sim sinc:300 --owned-in-arena --nodes 4 --memory 64KiB").refused(1, &["tables"]);
+    let blocks = "give more, or smaller blocks with --block";
+    folder.run("sim sinc:60 --nodes 16 --topology full --memory 16KiB").refused(1, &[blocks]);
     assert!(folder.names().is_empty(), "something is left behind: {:?}", folder.names());
 }

@@ -64,7 +64,8 @@ impl Picture {
         options.mesh.settings.samples = self.samples;
         options.mesh.memory = MEMORY;
         let control = kiloray_sim::Control { cancel: &CANCEL, progress: &|_| {} };
-        let simulated = kiloray_sim::simulate(&scene, &options, &control).map_err(sim::refused)?;
+        let simulated = kiloray_sim::simulate(&scene, &options, &control)
+            .map_err(|error| sim::refused(error, &options))?;
         let row = Row::new(&simulated.report.totals.work, scene.lights().len());
 
         let options = kiloray_render::Options {

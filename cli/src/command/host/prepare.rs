@@ -11,7 +11,10 @@ use crate::{
         self, Bounds, Common, Division, Placement, Points, Prefetch, Schedule, Shadow, TaskOrder,
         Top,
     },
-    command::{division, engine, node::refused},
+    command::{
+        division, engine,
+        node::{refused, refused_with},
+    },
     failure::{Failure, Outcome},
     input,
     scene::{self, Scene},
@@ -41,7 +44,8 @@ pub(super) fn prepare(host: &args::Host) -> Outcome<Prepared> {
         None => of_options(host)?,
     };
     // What cannot be is found before there are processes.
-    let job = Job::new(&prepared.config, &prepared.scene.file.view()).map_err(refused)?;
+    let job = Job::new(&prepared.config, &prepared.scene.file.view())
+        .map_err(|error| refused_with(error, prepared.options.packet))?;
     prepared.options = job.layout.resolved(&prepared.options);
     Ok(prepared)
 }
@@ -61,7 +65,8 @@ fn of_config(host: &args::Host, path: &Path) -> Outcome<Prepared> {
     let scenes = vec![config.scene.clone()];
     let compiled = args::Scene { scenes: scenes.clone(), ..host.scene };
     let scene = scene::load(&compiled, None, 0, host.common.quiet)?;
-    let options = Job::new(&config, &scene.file.view()).map_err(refused)?.options;
+    let job = Job::new(&config, &scene.file.view());
+    let options = job.map_err(|error| refused_with(error, config.mesh.packet))?.options;
     let settings = options.settings;
     let common = Common {
         width: Some(options.width),

@@ -4,7 +4,7 @@ use serde_json::json;
 
 use super::{
     super::{division, engine, mesh, sim},
-    lines,
+    lines, too_small,
 };
 use crate::{
     args::{self, Bounds},
@@ -34,7 +34,10 @@ pub(super) fn run(arguments: &args::Plan) -> Outcome {
     let block_bytes = file.header().block_bytes;
     let divided = division::with(divided, &arguments.mesh.division, &file)?;
     let options = sim::on(divided, view, &arguments.mesh)?;
-    let mesh = plan(&file, &options).map_err(sim::refused)?;
+    let mesh = plan(&file, &options).map_err(|error| match error {
+        Error::Budget(error) => too_small(arguments, &error, options.mesh.packet),
+        other => sim::refused(other, &options),
+    })?;
     let (number, fullest) = fullest(&mesh)?;
 
     let within = MeshOptions { owned_in_arena: true, ..options.mesh };
@@ -49,7 +52,7 @@ pub(super) fn run(arguments: &args::Plan) -> Outcome {
         in_arena: match plan(&file, &in_arena) {
             Ok(_) => None,
             Err(Error::Budget(error)) => Some(error.need()),
-            Err(other) => return Err(sim::refused(other)),
+            Err(other) => return Err(sim::refused(other, &in_arena)),
         },
     };
     if let Some(output) = json_out {
@@ -97,7 +100,7 @@ impl Share<'_> {
         line(format_args!("{budget}"))?;
         let nodes = self.mesh.nodes.len();
         line(format_args!(
-            "\nNode {} of {nodes}, which has the least room. At least {} of memory are needed.",
+            "\nNode {} of {nodes}, which has the least room. At least {} bytes of memory are needed.",
             self.number, self.mesh.least
         ))?;
         line(format_args!(

@@ -1,8 +1,8 @@
 use kiloray_core::shade::Settings;
-use kiloray_render::Options;
+use kiloray_render::{Error, Options};
 use serde_json::json;
 
-use super::{super::engine, lines};
+use super::{super::engine, lines, too_small};
 use crate::{args, console::line, failure::Outcome, output::Output, scene};
 
 /// Prints the budget of a node that is alone.
@@ -20,10 +20,13 @@ pub(super) fn run(arguments: &args::Plan) -> Outcome {
         settings,
         ..Options::new(1, 1, view)
     };
-    let plan = kiloray_render::plan(&scene.file.view(), &options).map_err(engine::refused)?;
+    let plan = kiloray_render::plan(&scene.file.view(), &options).map_err(|error| match error {
+        Error::Budget(error) => too_small(arguments, &error, 0),
+        other => engine::refused(other),
+    })?;
     let budget = plan
         .budget(options.memory.unwrap_or(usize::MAX))
-        .map_err(|error| engine::too_small(&error))?;
+        .map_err(|error| too_small(arguments, &error, 0))?;
     let file = scene.file.view();
     let owned = file.header().blocks_at;
     if let Some(output) = json_out {

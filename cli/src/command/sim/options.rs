@@ -76,10 +76,10 @@ pub(in crate::command) fn baseline(options: &Options) -> Outcome<Options> {
     Ok(Options { mesh, faults: Faults::default(), trace: 0, threads: 1, ..options.clone() })
 }
 
-/// An error of the simulator: exit code 2 where it is about what was typed.
-pub(in crate::command) fn refused(error: Error) -> Failure {
+/// An error of the simulator with these options: exit code 2 where it is about what was typed.
+pub(in crate::command) fn refused(error: Error, options: &Options) -> Failure {
     match error {
-        Error::Budget(error) => engine::too_small(&error),
+        Error::Budget(error) => engine::too_small(&error, options.mesh.packet),
         Error::Memory { nodes, bytes, .. } => Failure::new(format_args!(
             "{nodes} nodes of {} have more memory than can be had here; take fewer --nodes, or less --memory",
             console::bytes(bytes as u64)

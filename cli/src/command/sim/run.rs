@@ -105,7 +105,8 @@ fn mesh(scene: &Scene, options: &Options, cancel: &AtomicBool, quiet: bool) -> O
         ));
     };
     let control = Control { cancel, progress: &progress };
-    simulate(&scene.file.view(), options, &control).map_err(options::refused)
+    simulate(&scene.file.view(), options, &control)
+        .map_err(|error| options::refused(error, options))
 }
 
 /// The one-node run; `None` if it was cut short, or cannot be.

@@ -111,25 +111,27 @@ pub(in crate::command) fn spared(report: &Report, options: &Options) -> Option<S
 
 /// What went wrong by request, and what it led to.
 pub(super) fn faults(run: &Run<'_>) -> Option<String> {
-    let f = &run.done.outcome.report.faults;
-    let mut words: Vec<_> = [
-        (f.lost, "packets lost"),
-        (f.doubled, "doubled"),
-        (f.delayed, "delayed"),
-        (f.for_the_dead, "dropped for the dead"),
-        (f.crashes.len() as u64, "nodes crashed"),
-        (run.options.faults.slow.len() as u64, "slow nodes"),
+    let (f, slow) = (&run.done.outcome.report.faults, &run.options.faults.slow);
+    let words: Vec<_> = [
+        (f.lost, ["packet lost", "packets lost"]),
+        (f.doubled, ["doubled"; 2]),
+        (f.delayed, ["delayed"; 2]),
+        (f.for_the_dead, ["dropped for the dead"; 2]),
+        (f.crashes.len() as u64, ["node crashed", "nodes crashed"]),
+        (slow.len() as u64, ["slow node", "slow nodes"]),
     ]
     .into_iter()
     .filter(|&(n, _)| n > 0)
-    .map(|(n, what)| format!("{} {what}", count(n)))
+    .map(counted)
     .collect();
     if words.is_empty() {
         return None;
     }
-    words.push(format!(
-        "{} requests made again",
-        count(again(&run.done.outcome.report.totals.counts))
-    ));
-    Some(words.join(", "))
+    let again = again(&run.done.outcome.report.totals.counts);
+    let again = counted((again, ["request made again", "requests made again"]));
+    Some(format!("{}, {again}", words.join(", ")))
+}
+
+fn counted((n, [one, more]): (u64, [&str; 2])) -> String {
+    format!("{} {}", count(n), if n == 1 { one } else { more })
 }

@@ -193,7 +193,7 @@ fn one(job: &Job<'_>) -> Ended {
                     None => Ok(Box::new(Done::of_point(outcome))),
                     Some(why) => Err(why),
                 },
-                Err(error) => Err(sim::refused(error).message().to_owned()),
+                Err(error) => Err(sim::refused(error, options).message().to_owned()),
             })
         }
     }
