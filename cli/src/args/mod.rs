@@ -261,6 +261,9 @@ pub(crate) struct Sweep {
     pub(crate) typed: Vec<std::ffi::OsString>,
 }
 
+/// What is said of emulated boards, and not of real ones.
+const EMULATED: [&str; 5] = ["qemu", "processes", "machine", "noise", "firmware"];
+
 /// Boards where nothing is said.
 pub(crate) const BOARDS: u32 = 4;
 
@@ -289,13 +292,13 @@ pub(crate) struct Board {
     )]
     pub(crate) machine: Vec<Machine>,
     /// Real boards in place of emulated ones: the serial ports of this machine that lead to them, in the order of the host's links
-    #[arg(long, value_name = "PORT", value_delimiter = ',', value_hint = ValueHint::FilePath, conflicts_with_all = ["qemu", "processes", "machine", "noise", "firmware"], help_heading = "Boards")]
+    #[arg(long, value_name = "PORT", value_delimiter = ',', value_hint = ValueHint::FilePath, conflicts_with_all = EMULATED, help_heading = "Boards")]
     pub(crate) serial: Vec<PathBuf>,
     /// How many real boards there are
-    #[arg(long, value_name = "N", default_value_t = 1, value_parser = mesh::nodes, requires = "serial", allow_hyphen_values = true, help_heading = "Boards")]
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = mesh::nodes, requires = "serial", conflicts_with_all = EMULATED, allow_hyphen_values = true, help_heading = "Boards")]
     pub(crate) boards: u32,
     /// Bits a second of their lines
-    #[arg(long, value_name = "BAUD", default_value_t = 115_200, value_parser = clap::value_parser!(u32).range(300..=4_000_000), requires = "serial", allow_hyphen_values = true, help_heading = "Boards")]
+    #[arg(long, value_name = "BAUD", default_value_t = 115_200, value_parser = clap::value_parser!(u32).range(300..=4_000_000), requires = "serial", conflicts_with_all = EMULATED, allow_hyphen_values = true, help_heading = "Boards")]
     pub(crate) baud: u32,
     /// How they are linked: ring, line, or what else leaves each three links at most, the host's included
     #[arg(long, value_name = "T", default_value = "ring", help_heading = "Boards")]

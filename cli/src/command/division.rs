@@ -69,7 +69,7 @@ pub(super) fn with(
     options.dealing = division.placement.into();
     let block_bytes = u64::from(file.header().block_bytes);
     options.top = division.top.map(|top| top.blocks(block_bytes));
-    options.replicas = replicas(division, &options.topology)?;
+    options.replicas = replicas(division.block_replicas, options.topology.nodes())?;
     if let Some(prefetch) = division.prefetch {
         options.prefetch = match prefetch {
             args::Prefetch::All => node::Prefetch::All,
@@ -122,9 +122,8 @@ pub(super) fn limited(
     })
 }
 
-fn replicas(division: &Division, topology: &Topology) -> Outcome<u16> {
-    let nodes = topology.nodes();
-    let copies = division.block_replicas;
+/// So many copies of each block, where there are as many nodes.
+pub(super) fn replicas(copies: u32, nodes: u16) -> Outcome<u16> {
     u16::try_from(copies).ok().filter(|&copies| copies <= nodes).ok_or_else(|| {
         Failure::usage(format_args!(
             "--block-replicas {copies}: {nodes} nodes hold at most {nodes} copies of a block"

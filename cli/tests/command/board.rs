@@ -16,6 +16,37 @@ fn a_mesh_that_cannot_be_wired_is_refused() {
 }
 
 #[test]
+fn options_that_would_do_nothing_are_refused() {
+    let folder = Folder::new();
+    for (line, part) in [
+        ("--boards 4 --qemu 2", "--boards"),
+        ("--boards 4 --noise 1/100", "--boards"),
+        ("--boards 4 --processes 1", "--boards"),
+        ("--baud 300 --machine lm3s6965evb", "--baud"),
+        ("--boards 4", "--serial"),
+        ("--baud 9600", "--serial"),
+        ("--block-replicas 5", "4 nodes hold at most 4 copies"),
+        ("--qemu 2 --processes 1 --block-replicas 4", "3 nodes hold at most 3 copies"),
+    ] {
+        folder.run(&format!("board cornell {line}")).refused(2, &[part]);
+    }
+}
+
+#[test]
+fn a_file_that_is_no_firmware_is_refused() {
+    let folder = Folder::new();
+    folder.file("notes.txt", "no firmware\n");
+    folder.file("empty.elf", "");
+    for (name, part) in [
+        ("notes.txt", "is no firmware, which is an ELF file"),
+        ("empty.elf", "is no firmware"),
+        ("missing.elf", "no such file"),
+    ] {
+        folder.run(&format!("board cornell --firmware {name}")).refused(1, &[name, part]);
+    }
+}
+
+#[test]
 fn a_share_is_written_for_a_node_that_exists() {
     let folder = Folder::new();
     folder.run("compile glass --block 1KiB --nodes 4 --for-node 3 -o node3.bin --quiet").done();

@@ -2,6 +2,7 @@
 
 use std::{
     env,
+    io::Read,
     path::{Path, PathBuf},
     process::{Command, Stdio},
 };
@@ -61,6 +62,24 @@ impl Board {
             Some(path) if output.status.success() => Ok(PathBuf::from(path)),
             _ => Err(Failure::new(said.lines().last().unwrap_or("the firmware cannot be built"))),
         }
+    }
+}
+
+/// How every firmware begins.
+const ELF: [u8; 4] = *b"\x7fELF";
+
+/// Checks that a file may be firmware, before a board is to find out.
+pub(super) fn check(path: &Path) -> Outcome {
+    let read = kiloray_scene::regular::open(path).and_then(|file| {
+        let mut start = Vec::new();
+        file.take(ELF.len() as u64).read_to_end(&mut start).map(|_| start)
+    });
+    match read.map_err(|error| Failure::io(path, &error))? {
+        start if start == ELF => Ok(()),
+        _ => Err(Failure::file(
+            path,
+            "is no firmware, which is an ELF file: 'bash node-board/firmware MACHINE' builds one",
+        )),
     }
 }
 

@@ -37,7 +37,7 @@ use self::{
     nodes::{Kind, Nodes, Parts},
     told::Told,
 };
-use super::{engine, mesh::Why};
+use super::{division, engine, mesh::Why};
 use crate::{
     args,
     console::{bytes, count, line},
@@ -89,6 +89,8 @@ pub(super) fn run(board: &args::Board) -> Outcome {
     }
     refuse_foreign(board)?;
     let mesh = mesh(board)?;
+    let replicas = division::replicas(board.block_replicas, mesh.nodes())?;
+    board.firmware.as_deref().map_or(Ok(()), firmware::check)?;
     if board.serial.is_empty() {
         emulator::is_there()?;
     }
@@ -102,7 +104,7 @@ pub(super) fn run(board: &args::Board) -> Outcome {
     let json_out = common.json.as_deref().map(Output::create).transpose()?;
     scene.print_notes(quiet);
 
-    let (placement, setup) = (placement(board, &scene, &mesh), setup(&scene, &options, &mesh)?);
+    let (placement, setup) = (placement(replicas, &scene, &mesh), setup(&scene, &options, &mesh)?);
     let parts =
         if board.serial.is_empty() { parts(board, &scene, &placement)? } else { Vec::new() };
     let ledger = ledger(&scene, &options, &setup, &mesh)?;
@@ -125,7 +127,7 @@ pub(super) fn run(board: &args::Board) -> Outcome {
             _ => format!("{} of {} pixels", count(pixels), count(all)),
         });
         match &mut nodes {
-            Some(nodes) => nodes.look()?,
+            Some(nodes) => nodes.look(heard.frames > 0)?,
             None => serial::look(&board.serial, board.baud, &heard, render_start.elapsed())?,
         }
         Ok(!cancel.load(Ordering::Relaxed))
@@ -221,14 +223,14 @@ fn options(board: &args::Board, scene: &Scene) -> Outcome<Options> {
 }
 
 /// As `kiloray compile` deals the blocks out.
-fn placement(board: &args::Board, scene: &Scene, mesh: &Mesh) -> Placement {
+fn placement(replicas: u16, scene: &Scene, mesh: &Mesh) -> Placement {
     let blocks = scene.file.view().blocks();
     Placement {
         dealing: Dealing::Subtrees,
         blocks,
         nodes: mesh.nodes(),
         top: blocks.min(1),
-        replicas: board.block_replicas.min(u32::from(mesh.nodes())) as u16,
+        replicas,
     }
 }
 

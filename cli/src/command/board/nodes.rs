@@ -17,6 +17,8 @@ use crate::failure::{Failure, Outcome};
 
 /// A shell says of what a signal has ended that its status is this and the signal's number.
 const SIGNALLED: i32 = 128;
+/// The signal of those who want the end of something.
+const KILLED: i32 = 9;
 
 /// All nodes of a mesh. They end with it.
 #[derive(Debug)]
@@ -100,11 +102,11 @@ impl Nodes {
         self.all.iter().map(said).collect()
     }
 
-    /// Looks who has ended.
+    /// Looks who has ended; `are_heard` says that the mesh has begun to work.
     ///
     /// # Errors
     /// One that has said why, or without which the picture may never be complete.
-    pub(super) fn look(&mut self) -> Outcome {
+    pub(super) fn look(&mut self, are_heard: bool) -> Outcome {
         for (running, node) in self.all.iter_mut().zip((0..).map(NodeId)) {
             if self.dead.contains(&node) {
                 continue;
@@ -113,6 +115,8 @@ impl Nodes {
             self.dead.push(node);
             let cause = match signal(status) {
                 None => Some(running.last_words()),
+                // It was not fit to run, and with copies of its blocks would not be either.
+                Some(signal) if !are_heard && signal != KILLED => Some(running.last_words()),
                 Some(_) if self.dead.len() >= usize::from(self.replicas) => Some(format!(
                     "with it the last copy of some blocks may be lost: --block-replicas {}",
                     self.dead.len() + 1
@@ -166,9 +170,11 @@ fn name(node: NodeId) -> String {
 
 impl Running {
     fn last_words(&self) -> String {
-        let said = self.said.lock().ok();
-        let last = said.and_then(|said| said.last().cloned()).unwrap_or_default();
-        last.strip_prefix("error: ").map(str::to_owned).unwrap_or(last)
+        let Ok(said) = self.said.lock() else { return String::new() };
+        // Registers come behind what is fatal to QEMU, and a word of the shell.
+        let fatal = said.iter().rev().find(|line| line.contains("fatal: "));
+        let last = fatal.or(said.last()).map_or("", String::as_str);
+        last.strip_prefix("error: ").unwrap_or(last).to_owned()
     }
 }
 
@@ -199,6 +205,40 @@ impl Drop for Nodes {
 mod tests {
     use super::*;
     use kiloray_core::network::Topology;
+    use std::process::{Command, Stdio};
+
+    /// A mesh of one that says something, and is ended by a signal.
+    fn dying(signal: &str) -> Nodes {
+        let script =
+            format!("echo qemu: fatal: no such instruction >&2; echo R00=0 >&2; kill -{signal} $$");
+        let mut command = Command::new("sh");
+        let mut child =
+            command.args(["-c", &script]).stderr(Stdio::piped()).spawn().expect("it starts");
+        let said = Arc::default();
+        listen(child.stderr.take().expect("a pipe"), &said);
+        child.wait().expect("it ends");
+        while said.lock().expect("it is whole").len() < 2 {
+            thread::yield_now();
+        }
+        let mesh = Mesh::new(Topology::parse("line", 1).expect("a topology"));
+        Nodes { mesh, replicas: 1, all: vec![Running { child, tie: None, said }], dead: Vec::new() }
+    }
+
+    #[test]
+    fn one_that_dies_unheard_has_its_last_words_told() {
+        let told = |signal, are_heard| match dying(signal).look(are_heard) {
+            Err(Failure::Failed(message)) => message,
+            other => panic!("{other:?}"),
+        };
+        assert_eq!(
+            told("ABRT", false),
+            "node 0 has ended (signal 6): qemu: fatal: no such instruction"
+        );
+        // One that has worked, and one that somebody has ended.
+        for (signal, are_heard) in [("ABRT", true), ("KILL", false)] {
+            assert!(told(signal, are_heard).contains("--block-replicas 2"), "{signal}");
+        }
+    }
 
     #[test]
     fn a_ring_is_cut_by_any_death_and_a_full_mesh_by_that_of_the_first() {
