@@ -1,11 +1,12 @@
 //! From what was typed to a compiled scene.
 
 use std::{
+    io::Read,
     path::{Path, PathBuf},
     sync::Once,
 };
 
-use kiloray_core::scene::View;
+use kiloray_core::{block::FileError, node::ShareHeader, scene::View};
 use kiloray_scene::{
     builtin,
     compile::{self, CompileError, Stage, Stats},
@@ -13,6 +14,7 @@ use kiloray_scene::{
     kilo::{KiloError, KiloFile},
     model::{Model, Note},
     needs::Summary,
+    regular,
 };
 
 use crate::{
@@ -124,6 +126,11 @@ fn open(path: &Path, block: Option<u32>, quiet: bool) -> Outcome<Scene> {
     input::keep(path)?;
     let file = KiloFile::open(path).map_err(|error| match error {
         KiloError::Io { path, source } => Failure::io(&path, &source),
+        KiloError::Damaged { path, error: FileError::Magic } if is_share(&path) => Failure::file(
+            &path,
+            "is the share of one node, for its read-only memory: name the scene itself, \
+             as 'kiloray compile SCENE -o scene.kilo' writes it",
+        ),
         KiloError::Damaged { path, error } => Failure::file(
             &path,
             format!("{error}; the file is damaged or of another version: compile the scene again"),
@@ -146,6 +153,13 @@ fn open(path: &Path, block: Option<u32>, quiet: bool) -> Outcome<Scene> {
             quiet,
         }),
     }
+}
+
+/// Whether a file is what `kiloray compile --for-node` writes.
+fn is_share(path: &Path) -> bool {
+    let mut start = [0; ShareHeader::MAGIC.len()];
+    let read = regular::open(path).and_then(|mut file| file.read_exact(&mut start));
+    read.is_ok() && start == ShareHeader::MAGIC
 }
 
 fn stem(path: &Path) -> String {

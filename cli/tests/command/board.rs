@@ -56,6 +56,10 @@ fn a_share_is_written_for_a_node_that_exists() {
     folder.run("compile glass -o node.bin --for-node 4").refused(2, &["from 0 to 3"]);
     folder.run("compile glass --nodes 4 --for-node 0").refused(2, &["--output"]);
     assert_eq!(folder.names(), ["node3.bin"]);
+    // It is no scene, whatever its name.
+    folder.run("compile glass --for-node 3 -o node3.kilo --quiet").done();
+    let words = ["node3.kilo: is the share of one node", "name the scene itself"];
+    folder.run("render node3.kilo").refused(1, &words);
     // As 'kiloray board' has it where nothing is said.
     folder.run("compile glass --for-node 3 -o default.bin --quiet").done();
     let [share, default] = ["node3.bin", "default.bin"].map(|name| folder.path().join(name));
