@@ -25,14 +25,7 @@ impl Progress {
             (total > 0).then_some(total),
             ProgressDrawTarget::stderr_with_hz(10),
         );
-        let template = if total > 0 {
-            "{prefix:>10} [{bar:32}] {percent:>3} %  {msg}{left}"
-        } else {
-            "{prefix:>10} {spinner} {msg}  {elapsed}"
-        };
-        if let Ok(style) = ProgressStyle::with_template(template) {
-            bar.set_style(style.with_key("left", left).progress_chars("=> "));
-        }
+        set_style(&bar, total > 0);
         bar.set_prefix(stage);
         bar.enable_steady_tick(Duration::from_millis(200));
         if let Ok(mut current) = CURRENT.lock() {
@@ -49,6 +42,18 @@ impl Progress {
     /// A word on it.
     pub(crate) fn message(&self, message: String) {
         self.0.set_message(message);
+    }
+}
+
+/// One line, however narrow the terminal is: the message is cut, which stands last.
+fn set_style(bar: &ProgressBar, has_length: bool) {
+    let template = if has_length {
+        "{prefix:>10} [{bar:16}] {percent:>3} %{left}  {wide_msg}"
+    } else {
+        "{prefix:>10} {spinner} {elapsed}  {wide_msg}"
+    };
+    if let Ok(style) = ProgressStyle::with_template(template) {
+        bar.set_style(style.with_key("left", left).progress_chars("=> "));
     }
 }
 
@@ -72,5 +77,74 @@ pub(crate) fn clear() {
         && let Some(bar) = current.take()
     {
         bar.finish_and_clear();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use indicatif::TermLike;
+
+    use super::*;
+
+    /// A terminal that keeps what it shows.
+    #[derive(Debug, Clone, Default)]
+    struct Terminal(Arc<Mutex<String>>);
+
+    impl Terminal {
+        fn add(&self, text: &str) -> io::Result<()> {
+            self.0.lock().unwrap().push_str(text);
+            Ok(())
+        }
+    }
+
+    impl TermLike for Terminal {
+        fn width(&self) -> u16 {
+            80
+        }
+        fn move_cursor_up(&self, _: usize) -> io::Result<()> {
+            Ok(())
+        }
+        fn move_cursor_down(&self, _: usize) -> io::Result<()> {
+            Ok(())
+        }
+        fn move_cursor_right(&self, _: usize) -> io::Result<()> {
+            Ok(())
+        }
+        fn move_cursor_left(&self, _: usize) -> io::Result<()> {
+            Ok(())
+        }
+        fn write_line(&self, text: &str) -> io::Result<()> {
+            self.add(&format!("{text}\n"))
+        }
+        fn write_str(&self, text: &str) -> io::Result<()> {
+            self.add(text)
+        }
+        fn clear_line(&self) -> io::Result<()> {
+            self.add("\n")
+        }
+        fn flush(&self) -> io::Result<()> {
+            Ok(())
+        }
+    }
+
+    #[test]
+    fn a_bar_takes_one_line_of_a_terminal() {
+        let message = "12.3 k of 65.5 k pixels, 1.23 M rays, 124 ms of virtual time".repeat(2);
+        for has_length in [true, false] {
+            let terminal = Terminal::default();
+            let target = ProgressDrawTarget::term_like(Box::new(terminal.clone()));
+            let bar = ProgressBar::with_draw_target(has_length.then_some(100), target);
+            set_style(&bar, has_length);
+            bar.set_prefix("simulating");
+            bar.set_position(50);
+            bar.set_message(message.clone());
+            bar.tick();
+            let shown = terminal.0.lock().unwrap().clone();
+            let widest = shown.lines().map(|line| line.chars().count()).max();
+            assert!((70..=80).contains(&widest.unwrap_or(0)), "{shown}");
+            assert!(shown.contains("simulating") && shown.contains("12.3 k of 65.5 k"), "{shown}");
+        }
     }
 }

@@ -124,6 +124,13 @@ enum Ended {
     Mesh(Result<Box<Done>, String>),
 }
 
+impl Ended {
+    /// It is for the table: not a run to compare it with, nor one that was interrupted.
+    fn is_point(&self) -> bool {
+        matches!(self, Self::Mesh(_)) && !interrupt::is_asked()
+    }
+}
+
 fn simulate_all(points: &[Point], scenes: &[Outcome<Scene>], sweep: &args::Sweep) -> Vec<Row> {
     let prepare = |point: &Point| {
         let words = |failure: &Failure| failure.message().to_owned();
@@ -147,12 +154,20 @@ fn simulate_all(points: &[Point], scenes: &[Outcome<Scene>], sweep: &args::Sweep
     }
     let mut jobs: Vec<_> = ones.iter().map(|(_, scene, one)| Job::Baseline(scene, one)).collect();
     jobs.extend(prepared.iter().flatten().map(|(scene, options)| Job::Mesh(scene, options)));
-    let bar = Progress::new("simulating", jobs.len() as u64, sweep.common.quiet);
-    let done = AtomicU64::new(0);
+    // Those that cannot be are done.
+    let refused = prepared.iter().filter(|prepared| prepared.is_err()).count();
+    let (all, done) = (points.len() as u64, AtomicU64::new(refused as u64));
+    let bar = Progress::new("simulating", all, sweep.common.quiet);
+    let show = |done: u64| {
+        bar.set(done);
+        bar.message(format!("{done} of {all} points"));
+    };
+    show(refused as u64);
     let ended = pool::run(&jobs, sweep.common.threads, |job| {
         let ended = one(job);
-        bar.set(done.fetch_add(1, Ordering::Relaxed) + 1);
-        bar.message(format!("{} points", points.len()));
+        if ended.is_point() {
+            show(done.fetch_add(1, Ordering::Relaxed) + 1);
+        }
         ended
     });
     drop(bar);
