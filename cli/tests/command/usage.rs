@@ -345,6 +345,36 @@ fn shells_are_completed() {
                 && script.contains("kiloray"),
             "{shell}"
         );
+        // What nobody types, and names.
+        assert!(!script.contains("line-node") && script.contains("stm32f4"), "{shell}");
+    }
+}
+
+/// Words and files as bash offers them.
+#[cfg(target_os = "linux")]
+#[test]
+fn files_are_offered_for_files_alone() {
+    let folder = Folder::new();
+    folder.file("kiloray.bash", folder.run("completions bash").done().out());
+    folder.file("torus-of-a-file.rad", "");
+    let offered = |line: &str| {
+        let words: Vec<_> = line.split(' ').collect();
+        let script = format!(
+            "source ./kiloray.bash; COMP_WORDS=({line} t); COMP_CWORD={0}; COMP_LINE='{line} t'; COMP_POINT=${{#COMP_LINE}}; \
+             _kiloray kiloray t {1}; printf '%s ' \"${{COMPREPLY[@]}}\"",
+            words.len(),
+            words[words.len() - 1],
+        );
+        let mut bash = std::process::Command::new("bash");
+        let output = bash.args(["-c", &script]).current_dir(folder.path()).output().unwrap();
+        String::from_utf8_lossy(&output.stdout).into_owned()
+    };
+    assert_eq!(offered("kiloray sim --topology").trim(), "torus tree");
+    assert_eq!(offered("kiloray sim --profile").trim(), "t800");
+    assert_eq!(offered("kiloray sim --json").trim(), "torus-of-a-file.rad");
+    for number in ["--nodes", "--memory", "--crash"] {
+        let all = offered(&format!("kiloray sim {number}"));
+        assert!(!all.contains("torus-of-a-file"), "{number}: {all}");
     }
 }
 
