@@ -456,10 +456,10 @@ pub(crate) struct Compare {
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub(crate) mask: Option<PathBuf>,
     /// Contrast in a pixel's neighbourhood above which it is not smooth
-    #[arg(long, value_name = "PART", default_value_t = 0.15, value_parser = options::part)]
+    #[arg(long, value_name = "PART", default_value_t = 0.15, value_parser = options::part, allow_hyphen_values = true)]
     pub(crate) edge: f64,
     /// Exit with 1 if the relative RMSE of all pixels is above this part
-    #[arg(long, value_name = "PART", value_parser = options::part)]
+    #[arg(long, value_name = "PART", value_parser = options::part, allow_hyphen_values = true)]
     pub(crate) fail_above: Option<f64>,
     /// Write the measures as JSON ('-' for the standard output)
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]

@@ -109,5 +109,8 @@ fn what_cannot_be_compared_is_refused() {
     run("one.hdr").refused(1, &["one.hdr", "1 x 1", "40 x 30"]);
     run("one.hdr -o x.jpg").refused(2, &["x.jpg", ".png"]);
     run("").refused(2, &["IMAGE"]);
+    for option in ["--edge", "--fail-above"] {
+        run(&format!("one.hdr {option} -1")).refused(2, &[option, "not negative"]);
+    }
     assert_eq!(folder.names().len(), 5, "something is left behind");
 }
