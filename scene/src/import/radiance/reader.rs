@@ -215,15 +215,19 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// `modifier alias name what`: another name for a modifier.
+    /// `modifier alias name what`: another name for a modifier, which is modified by the first.
     fn alias(&mut self, modifier: &[u8], name: &[u8], words: &mut Words<'_>) -> Result<(), Cause> {
         let about = || format!("alias `{}`", shown(name));
-        if modifier != b"inherit" {
-            self.modifier(modifier).map_err(|cause| behind(about(), cause))?;
-        }
+        let modifier = match modifier {
+            b"inherit" => Modifier::VOID,
+            modifier => self.modifier(modifier).map_err(|cause| behind(about(), cause))?,
+        };
         let what = words.word(true).ok_or_else(|| syntax("the file ends inside an alias"))?;
         let what = self.modifier(what).map_err(|cause| behind(about(), cause))?;
-        self.names.set(name, what);
+        if let Some(named) = self.names.definition(what).filter(|_| modifier.pattern) {
+            say_plain(&named.material, self.model);
+        }
+        self.names.set(name, Modifier { pattern: what.pattern || modifier.pattern, ..what });
         Ok(())
     }
 

@@ -515,6 +515,26 @@ dist sphere c 0 0 4 0 0 9 1
     assert_eq!(model.notes.count("a surface whose modifier is void: not seen, as in Radiance"), 1);
 }
 
+/// An alias that is modified by a pattern, and names a light.
+#[test]
+fn a_light_behind_the_alias_of_a_pattern_is_said_to_be_plain() {
+    let scene = |modifier: &str| {
+        let scene = format!(
+            "void brightdata dist 5 flatcorr lamp.dat source.cal src_phi4 src_theta 0 1 1\n\
+             void light bulb 0 0 3 2 2 2\n{modifier} alias lamp bulb\nlamp sphere a 0 0 4 0 0 3 1\n"
+        );
+        let model = load(&scene);
+        let told: Vec<_> = model.notes.iter().map(ToString::to_string).collect();
+        told.iter()
+            .filter(|told| told.contains("a light with a pattern"))
+            .cloned()
+            .collect::<Vec<_>>()
+    };
+    let told = scene("dist");
+    assert!(told.len() == 1 && told[0].ends_with("left out: `bulb`"), "{told:?}");
+    assert!(["void", "inherit"].iter().all(|modifier| scene(modifier).is_empty()));
+}
+
 #[test]
 fn a_source_that_emits_nothing_is_said_to_be_left_out() {
     let sources = "m source a 0 0 4 0 0 1 1\nvoid glow g 0 0 4 0 0 0 0\ng source b 0 0 4 0 0 1 1\n";
