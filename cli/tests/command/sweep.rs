@@ -122,6 +122,33 @@ fn a_scene_that_cannot_be_had_is_the_error_of_its_points() {
     assert!(!folder.names().contains(&"none".to_owned()));
 }
 
+/// The runs that points are compared with are none.
+#[cfg(unix)]
+#[test]
+fn its_bar_counts_points() {
+    use std::io::Read;
+
+    use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
+
+    let folder = Folder::new();
+    let near = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY).expect("a pseudo-terminal");
+    grantpt(&near).and_then(|()| unlockpt(&near)).expect("it is ours");
+    let name = ptsname(&near, Vec::new()).expect("it has a name").into_string().expect("of text");
+    let far = fs::File::options().read(true).write(true).open(name).expect("it opens");
+    let mut command = folder.command();
+    command.args("sweep cornell --over nodes=1,2 --width 16 --samples 1".split(' '));
+    let mut child =
+        command.stdout(std::process::Stdio::null()).stderr(far).spawn().expect("it starts");
+    drop(command);
+    // What reads from a terminal that nobody holds any more has an error, not an end.
+    let mut shown = Vec::new();
+    let _ = fs::File::from(near).read_to_end(&mut shown);
+    assert!(child.wait().expect("it ends").success());
+    let shown = String::from_utf8_lossy(&shown);
+    assert!(shown.contains("0 of 2 points"), "{shown}");
+    assert!(!shown.contains("of 3 points") && !shown.contains("3/"), "{shown}");
+}
+
 #[test]
 fn senseless_sweeps_are_refused_in_one_line() {
     let folder = Folder::new();
