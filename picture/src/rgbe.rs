@@ -12,6 +12,9 @@ use super::{
 /// Least and greatest value that the shared exponent holds.
 const RANGE: [f32; 2] = [1e-38, 1e38];
 
+/// Longest line whose channels are stored as runs: its mark has 15 bits for the length.
+const LENGTH_MAX: u32 = 0x7fff;
+
 /// Writes `.hdr`. Channels are truncated to 8 bits under the exponent of the greatest, as Radiance does.
 ///
 /// # Errors
@@ -24,9 +27,20 @@ pub fn write(picture: &Picture, out: &mut dyn Write) -> io::Result<()> {
         .map(|&c| if c >= RANGE[0] { c.min(RANGE[1]) } else { 0.0 })
         .flat_map(f32::to_ne_bytes)
         .collect();
-    hdr::HdrEncoder::new(out)
-        .write_image(&bytes, picture.width, picture.height, ExtendedColorType::Rgb32F)
-        .map_err(in_io)
+    let (width, height) = (picture.width, picture.height);
+    let encode = |out: &mut dyn Write, width, height| {
+        let encoder = hdr::HdrEncoder::new(out);
+        encoder.write_image(&bytes, width, height, ExtendedColorType::Rgb32F).map_err(in_io)
+    };
+    if width != LENGTH_MAX + 1 {
+        return encode(out, width, height);
+    }
+    // The encoder makes runs of this width, which has no mark. A column has none.
+    let mut column = Vec::new();
+    encode(&mut column, 1, width * height)?;
+    let body = column.len() - picture.pixels.len() * 4;
+    write!(out, "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y {height} +X {width}\n")?;
+    out.write_all(&column[body..])
 }
 
 /// Reads `.hdr` and `.pic` in any orientation, to radiance: the exposures that the file names are taken out.
@@ -79,17 +93,18 @@ impl Header {
             let end = end.ok_or_else(|| Error::Damaged("its header has no end".into()))?;
             let (line, after) = rest.split_at(end);
             rest = after.get(1..).unwrap_or_default();
-            Ok(String::from_utf8_lossy(line).trim().to_owned())
+            Ok(String::from_utf8_lossy(line).trim_end().to_owned())
         };
-        let mut exposure = 1.0;
+        let mut exposure = 1.0_f64;
         loop {
             let line = line()?;
             if line.is_empty() {
                 break;
             }
-            match line.split_once('=').map(|(name, value)| (name.trim(), value.trim())) {
+            // The lines of those that it was made from are indented.
+            match line.split_once('=').map(|(name, value)| (name.trim_end(), value.trim())) {
                 Some(("EXPOSURE", value)) => {
-                    let value = value.parse().ok().filter(|e: &f32| *e > 0.0 && e.is_finite());
+                    let value = value.parse().ok().filter(|e: &f64| *e > 0.0 && e.is_finite());
                     exposure *= value.unwrap_or(1.0);
                 }
                 Some(("FORMAT", "32-bit_rle_rgbe")) | None => {}
@@ -107,7 +122,9 @@ impl Header {
             }
         }
         let size = line()?;
-        let header = Self::sized(&size, if exposure.is_finite() { exposure } else { 1.0 });
+        let exposure = exposure as f32;
+        let is_number = exposure.is_normal() && (1.0 / exposure).is_normal();
+        let header = Self::sized(&size, if is_number { exposure } else { 1.0 });
         let wrong = || Error::Damaged(format!("'{size}' is no size, as in -Y 480 +X 640"));
         Ok((header.ok_or_else(wrong)?, rest))
     }
@@ -211,6 +228,32 @@ mod tests {
             assert_eq!((picture.width, picture.height), (3, 2), "{size}");
             let reds: Vec<_> = picture.pixels.iter().map(|p| p[0] as u32).collect();
             assert_eq!(reds, expected.concat(), "{size}");
+        }
+    }
+
+    #[test]
+    fn what_was_done_to_other_pictures_is_not_done_to_this_one() {
+        let head = "#?RADIANCE\npcomb a.hdr\n\tEXPOSURE=4\n\tFORMAT=32-bit_rle_xyze\n";
+        let mut bytes = format!("{head}FORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 1\n").into_bytes();
+        bytes.extend([128, 64, 0, 129]);
+        let half = 1.0 / 256.0;
+        assert_eq!(read(&bytes, 1).unwrap().pixels, [[1.0 + half, 0.5 + half, half]]);
+        let lines = "#?RADIANCE\nEXPOSURE=1e-30\nEXPOSURE=1e-30\n\n-Y 1 +X 1\n";
+        let (header, _) = Header::read(lines.as_bytes()).unwrap();
+        assert_eq!(header.exposure, 1.0);
+    }
+
+    /// The mark of run lengths has 15 bits for the width.
+    #[test]
+    fn pictures_of_any_width_can_be_read_again() {
+        for width in [1, 7, 8, 32_767, 32_768, 32_769] {
+            let pixels = vec![[1.0, 0.5, 0.25]; 2 * width as usize];
+            let mut bytes = Vec::new();
+            write(&Picture { width, height: 2, pixels }, &mut bytes).unwrap();
+            let back = read(&bytes, 1 << 20).unwrap();
+            assert_eq!((back.width, back.height), (width, 2));
+            let half = 1.0 / 256.0;
+            assert!(back.pixels.iter().all(|p| *p == [1.0 + half, 0.5 + half, 0.25 + half]));
         }
     }
 
