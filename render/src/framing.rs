@@ -20,9 +20,12 @@ pub fn fitted(mut view: View, width: u32, height: u32) -> View {
     if (wanted / aspect(&view) - 1.0).abs() <= 1.0 / f64::from(width.min(height)) {
         return view;
     }
+    // Shift and lift are in widths and heights of the picture.
     if wanted > right / up {
+        view.offset[0] = (f64::from(view.offset[0]) * (right / up) / wanted) as f32;
         view.size[0] = size(&view, up * wanted);
     } else {
+        view.offset[1] = (f64::from(view.offset[1]) * wanted / (right / up)) as f32;
         view.size[1] = size(&view, right / wanted);
     }
     view
@@ -71,6 +74,15 @@ mod tests {
         let tall = fitted(view(ViewKind::Parallel, [2.0, 1.0]), 100, 100);
         assert_eq!(tall.size, [2.0, 2.0]);
         assert_eq!(fitted(view(ViewKind::Parallel, [3.0, 2.0]), 300, 200).size, [3.0, 2.0]);
+    }
+
+    #[test]
+    fn what_a_shifted_view_shows_stays_in_the_middle() {
+        let offset = [1.0, -0.5];
+        let shifted = View { offset, ..view(ViewKind::Parallel, [1.0, 1.0]) };
+        let (wide, tall) = (fitted(shifted, 200, 100), fitted(shifted, 100, 200));
+        assert_eq!((wide.size, wide.offset), ([2.0, 1.0], [0.5, -0.5]));
+        assert_eq!((tall.size, tall.offset), ([1.0, 2.0], [1.0, -0.25]));
     }
 
     #[test]
