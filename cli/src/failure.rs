@@ -106,6 +106,15 @@ pub(crate) fn warn(message: &str) {
     say("note", message);
 }
 
+/// Says of a picture that some of its light could not be counted.
+pub(crate) fn warn_of_overflows(pixels: u64, quiet: bool) {
+    if pixels > 0 && !quiet {
+        warn(&format!(
+            "{pixels} pixels are too bright to be counted and show the brightest that can be"
+        ));
+    }
+}
+
 /// One line on the standard error, and never mind if nobody listens.
 fn say(what: &str, message: &str) {
     let line: String = message.chars().map(|c| if c.is_control() { ' ' } else { c }).collect();

@@ -238,7 +238,7 @@ fn read(sources: &[Source], notes: &mut Vec<String>) -> Outcome<Model> {
     let (entry, size) = builtin::find(name).map_err(Failure::usage)?;
     memory::for_surfaces(entry.surfaces(size), name)?;
     let mut model = builtin::build(name).map_err(Failure::usage)?;
-    for path in files {
+    for (at, path) in files.into_iter().enumerate() {
         if path.extension().is_none_or(|e| !e.eq_ignore_ascii_case("vf")) {
             return Err(Failure::usage(format_args!(
                 "{}: only a view (.vf) can stand beside the built-in scene '{name}'",
@@ -247,7 +247,7 @@ fn read(sources: &[Source], notes: &mut Vec<String>) -> Outcome<Model> {
         }
         let (view, told) = import::view(&path.to_string_lossy(), None).map_err(Failure::new)?;
         notes.extend(told.iter().map(Note::to_string));
-        model.views.insert(0, view);
+        model.views.insert(at, view);
     }
     Ok(model)
 }

@@ -98,12 +98,15 @@ pub(crate) fn scale(unit: &str) -> Result<f64, String> {
     let size = unit.strip_suffix("/s").unwrap_or(unit);
     Ok(match size {
         "" | "B" | "ns" => 1.0,
+        "kbit" => 125.0,
+        "Mbit" => 125e3,
+        "Gbit" => 125e6,
         "KiB" => 1024.0,
         "MiB" => 1_048_576.0,
         "GiB" => 1_073_741_824.0,
-        "kB" | "KB" | "us" | "kbit" => 1e3,
-        "MB" | "ms" | "Mbit" => 1e6,
-        "GB" | "s" | "Gbit" => 1e9,
+        "kB" | "KB" | "us" | "µs" => 1e3,
+        "MB" | "ms" => 1e6,
+        "GB" | "s" => 1e9,
         _ => return Err(format!("'{unit}' is no unit")),
     })
 }
@@ -178,6 +181,8 @@ mod tests {
         assert_eq!(of("memory=16..64KiB"), "16KiB 32KiB 64KiB");
         assert_eq!(of("memory=512KiB..2MiB"), "512KiB 1024KiB 2048KiB");
         assert_eq!(of("link-bandwidth=500MB/s..2GB/s"), "500MB/s 1000MB/s 2000MB/s");
+        assert_eq!(of("link-bandwidth=1Mbit/s..1MB/s"), "1Mbit/s 2Mbit/s 4Mbit/s 8Mbit/s");
+        assert_eq!(of("link-latency=1µs..4µs"), "1µs 2µs 4µs");
         assert_eq!(of("schedule=hybrid,demand,data"), "hybrid demand data");
     }
 

@@ -49,12 +49,7 @@ pub(super) fn run(arguments: &args::Render) -> Outcome {
         render_s,
         exposure: saved.exposure,
     };
-    if rendered.report.overflows > 0 && !quiet {
-        failure::warn(&format!(
-            "{} pixels are too bright to be counted and show the brightest that can be",
-            rendered.report.overflows
-        ));
-    }
+    failure::warn_of_overflows(rendered.report.overflows, quiet);
     if let Some(output) = json_out {
         output.write(format!("{:#}\n", run.as_json()).as_bytes())?;
     }

@@ -23,7 +23,8 @@ pub(crate) fn auto_exposure(picture: &Picture) -> f32 {
     }
     let stops = KEY.log2() - sum / count as f64;
     // Tenths are enough, and can be typed again.
-    ((stops * 10.0).round() / 10.0).clamp(-100.0, 100.0) as f32
+    let tenths = (stops * 10.0).round() + 0.0;
+    (tenths / 10.0).clamp(-100.0, 100.0) as f32
 }
 
 /// The picture as 8-bit sRGB.

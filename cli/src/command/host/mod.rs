@@ -139,12 +139,7 @@ pub(super) fn run(host: &args::Host) -> Outcome {
     if !quiet && !to_standard {
         run.print(&path)?;
     }
-    if outcome.overflows > 0 && !quiet {
-        failure::warn(&format!(
-            "{} pixels are too bright to be counted and show the brightest that can be",
-            outcome.overflows
-        ));
-    }
+    failure::warn_of_overflows(outcome.overflows, quiet);
     match (complete, outcome.lost) {
         (true, _) => Ok(()),
         (false, Some(block)) => Err(Failure::new(format_args!(

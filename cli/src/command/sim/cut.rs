@@ -85,7 +85,12 @@ fn planes(report: &Report) -> Vec<Sum> {
         let place = |node: u16| u64::from(node) / stride % size;
         let is_ring = *wraps && size > 2;
         // Of a ring, halves: bytes across both ends of each, for every beginning at once.
-        let halves = if is_ring { size / 2 } else { size.saturating_sub(1) };
+        let halves = match size {
+            // Of an odd number each plane is the beginning of another half.
+            _ if is_ring && size % 2 == 1 => size,
+            _ if is_ring => size / 2,
+            _ => size.saturating_sub(1),
+        };
         let mut steps = vec![[(0_u64, 0_u64); 2]; size as usize];
         for link in &report.links {
             let (Some(from), Some(to)) = (link.from, link.to) else { continue };
@@ -102,15 +107,16 @@ fn planes(report: &Report) -> Vec<Sum> {
         let axis = char::from(b"xyzuvwabcdefghi"[dimension.min(14)]);
         for p in 0..halves as usize {
             // The part above plane p; in a ring it ends at the opposite plane.
-            let q = p + size as usize / 2;
+            let n = size as usize;
+            let q = if is_ring { (p + n / 2) % n } else { p + n / 2 };
             let both = |a: (u64, u64), b: (u64, u64)| (a.0 + b.0, a.1 + b.1);
             let none = (0, 0);
-            let far = |way: usize| if is_ring { steps[q % size as usize][way] } else { none };
+            let far = |way: usize| if is_ring { steps[q][way] } else { none };
             let into = both(steps[p][0], far(1));
             let out = both(steps[p][1], far(0));
             let name = |way: &str| {
                 if is_ring {
-                    format!("{way} {axis} {} to {}", p + 1, q)
+                    format!("{way} {axis} {} to {q}", (p + 1) % n)
                 } else {
                     format!("{way} {axis} above {p}")
                 }

@@ -111,6 +111,7 @@ pub(super) fn run(sim: &args::Sim) -> Outcome {
     if let Some(spared) = spared(&done.outcome.report, &options).filter(|_| !quiet) {
         failure::warn(&spared);
     }
+    failure::warn_of_overflows(done.outcome.overflows, quiet);
     match why_incomplete(done.outcome.end, &options) {
         Some(why) => {
             Err(Failure::new(format_args!("{why}; what was rendered is in {}", path.display())))

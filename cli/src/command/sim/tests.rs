@@ -80,6 +80,18 @@ fn the_worst_cut_is_where_the_bytes_are() {
     // Half a ring has two links: of node 6 to 7 and 2 to 3.
     let ring = worst("ring", 8).unwrap();
     assert_eq!((ring.links, ring.bytes), (2, 10_000), "{}", ring.name);
+    // Of an odd ring each node begins a half: of 7 and 8, from 6 to 7 and from 2 to 3.
+    let odd = worst("ring", 9).unwrap();
+    assert_eq!((odd.links, odd.bytes), (2, 12_000), "{}", odd.name);
+    let mut five = fixture::report(&topology("ring", 5));
+    for link in &mut five.links {
+        if [(Some(2), Some(3)), (Some(0), Some(4))].contains(&(link.from, link.to)) {
+            link.bytes = 1_000_000;
+        }
+    }
+    let worst_of_five = cut::worst(&five, 1_000_000_000).unwrap();
+    assert_eq!((worst_of_five.links, worst_of_five.bytes), (2, 2_000_000));
+    assert_eq!(worst_of_five.name, "into x 3 to 4");
     // Node 14 of a binary tree of 15 is the child of node 6.
     let tree = worst("tree", 15).unwrap();
     assert_eq!((tree.links, tree.bytes), (1, 7000), "{}", tree.name);

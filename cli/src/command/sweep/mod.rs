@@ -132,10 +132,14 @@ impl Ended {
 }
 
 fn simulate_all(points: &[Point], scenes: &[Outcome<Scene>], sweep: &args::Sweep) -> Vec<Row> {
+    // Points that run at the same time share the cores.
+    let cores = sweep.common.threads.map_or_else(pool::cores, |threads| threads as usize);
+    let threads = (cores / points.len().max(1)).max(1);
     let prepare = |point: &Point| {
         let words = |failure: &Failure| failure.message().to_owned();
         let scene = scenes[point.scene].as_ref().map_err(words)?;
-        sim::options(&point.sim, scene).map(|options| (scene, options)).map_err(|f| words(&f))
+        let options = sim::options(&point.sim, scene).map_err(|failure| words(&failure))?;
+        Ok((scene, Options { threads, ..options }))
     };
     let prepared: Vec<Result<(&Scene, Options), String>> = points.iter().map(prepare).collect();
     // A baseline serves all points that differ in the mesh only.

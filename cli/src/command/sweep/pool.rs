@@ -7,6 +7,11 @@ use std::{
     thread,
 };
 
+/// What this machine can do at once.
+pub(super) fn cores() -> usize {
+    thread::available_parallelism().map_or(1, usize::from)
+}
+
 /// Runs jobs on all cores, or so many threads, and gives their results in the order of the jobs.
 ///
 /// A job that panics gives an error and does not stop the others.
@@ -15,7 +20,6 @@ pub(super) fn run<J: Sync, R: Send>(
     threads: Option<u32>,
     work: impl Fn(&J) -> R + Sync,
 ) -> Vec<Result<R, String>> {
-    let cores = || thread::available_parallelism().map_or(1, usize::from);
     let threads = threads.map_or_else(cores, |n| n as usize).clamp(1, jobs.len().max(1));
     let next = AtomicUsize::new(0);
     let results: Vec<_> = jobs.iter().map(|_| Mutex::new(None)).collect();

@@ -20,15 +20,14 @@ pub(super) fn lines(page: &mut Page, run: &Run<'_>) {
         _ => (1e9, "virtual time, s"),
     };
     let step = report.timeline.step_ns as f64 / unit;
-    let points = |of: &dyn Fn(&Sample) -> f64| -> Vec<_> {
-        let at = |(i, sample): (usize, &Sample)| ((i as f64 + 0.5) * step, of(sample));
-        samples.iter().enumerate().map(at).collect()
+    let at_steps = |values: &[f64]| -> Vec<_> {
+        values.iter().enumerate().map(|(i, &y)| ((i as f64 + 0.5) * step, y)).collect()
     };
     let line = |name: &str, mark, colour, of: &dyn Fn(&Sample) -> f64| Line {
         name: name.into(),
         mark,
         colour,
-        points: points(of),
+        points: at_steps(&samples.iter().map(of).collect::<Vec<_>>()),
     };
     let draw = |title: &str, y_name: &str, y_max, lines| {
         Lines {
@@ -70,14 +69,19 @@ pub(super) fn lines(page: &mut Page, run: &Run<'_>) {
         None,
         vec![line("", Mark::Line, 0, &|s| s.stored as f64)],
     ));
-    // Links of the mesh in both directions, without the host's.
-    let links = report.links.len().max(1) as f64;
-    let capacity = links * run.options.link.bandwidth as f64 * report.timeline.step_ns as f64 / 1e9;
+    // All links in both directions; the last step may be a short one.
+    let step_ns = report.timeline.step_ns;
+    let rate = report.links.len().max(1) as f64 * run.options.link.bandwidth as f64 / 1e9;
+    let load = |(i, sample): (u64, &Sample)| {
+        let ns = report.virtual_ns.saturating_sub(i * step_ns).clamp(1, step_ns.max(1));
+        100.0 * sample.link_bytes as f64 / (rate * ns as f64).max(1.0)
+    };
+    let loads: Vec<f64> = (0..).zip(samples).map(load).collect();
     page.raw(&draw(
         "Load of the links",
         "% of their bandwidth",
         None,
-        vec![line("", Mark::Line, 7, &|s| 100.0 * s.link_bytes as f64 / capacity.max(1.0))],
+        vec![Line { points: at_steps(&loads), ..line("", Mark::Line, 7, &|_| 0.0) }],
     ));
     let pixels = (f64::from(run.options.mesh.width) * f64::from(run.options.mesh.height)).max(1.0);
     page.raw(&draw(
