@@ -97,13 +97,13 @@ fn a_spotlight_that_faces_away_keeps_its_cone_where_it_is_seen() {
         cone: None,
     };
     let cone = Some((DVec3::Z, 0.2));
-    let unseen = Light { material: None, cone, ..plain.clone() };
+    let unseen = Light { material: None, cone, ..plain };
     let lights = |light: Light| {
         let model = crate::model::Model { lights: vec![light], ..model.clone() };
         let file = KiloFile::from_compiled(compile(&model, &Options::default(), &mut ()).unwrap());
         (file.view().lights().len(), file.view().materials()[0].light)
     };
-    assert_eq!(lights(plain.clone()), (0, 0));
+    assert_eq!(lights(plain), (0, 0));
     assert_eq!(lights(unseen), (0, 0));
     assert_eq!(lights(Light { cone, ..plain }), (1, 1));
 }
