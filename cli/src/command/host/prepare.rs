@@ -127,7 +127,7 @@ fn of_options(host: &args::Host) -> Outcome<Prepared> {
     let topology = division.topology().map_err(Failure::usage)?;
     if topology.nodes() > PROCESSES_MAX && host.write_config.is_none() {
         return Err(Failure::usage(format_args!(
-            "{} nodes: this machine gets at most {PROCESSES_MAX} processes; take fewer --nodes,              'kiloray sim' for a mesh of more, or --config for nodes on other machines",
+            "{} nodes: this machine gets at most {PROCESSES_MAX} processes; take fewer --nodes, 'kiloray sim' for a mesh of more, or --config for nodes on other machines",
             topology.nodes()
         )));
     }
