@@ -18,12 +18,16 @@ pub(super) fn check(
 }
 
 /// The numbers of the header that are no sizes or offsets.
+/// Units of frames are powers of two that f64 holds, and one over them too.
+const EXPONENT_MAX: u32 = 1020;
+
 pub(super) fn header_is_sound(header: &FileHeader) -> bool {
     header._zero == [0; 4]
         && finite(&header.lo)
         && finite(&header.hi)
         && header.frame.center.iter().all(|c| c.is_finite())
         && header.frame.position_error >= 0.0
+        && header.frame.exponent.unsigned_abs() <= EXPONENT_MAX
 }
 
 fn all<T>(table: Table, entries: &[T], sound: impl Fn(&T) -> bool) -> Result<(), FileError> {
