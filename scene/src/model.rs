@@ -18,6 +18,7 @@ mod lights;
 mod mesh;
 mod notes;
 mod polygon;
+mod rings;
 mod round;
 mod shapes;
 #[cfg(test)]

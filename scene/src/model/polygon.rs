@@ -4,6 +4,7 @@ use earcut::Earcut;
 use glam::DVec3;
 
 use super::mesh::{area_direction, direction, is_valid};
+use super::rings::rings;
 use super::{Model, ModelError, NO_NORMAL};
 
 impl Model {
@@ -72,6 +73,11 @@ impl Model {
             self.note("a polygon that crosses itself: cut as well as it goes");
         }
         for t in &cut.triangles {
+            // Of corners that lie in a row: nothing is lost with it.
+            let corner = |i: u32| points.get(i as usize).copied().unwrap_or_default();
+            if !cut.crossed && area_direction(t.map(corner)).is_none() {
+                continue;
+            }
             let corners = t.map(|i| vertices.get(i as usize).copied().unwrap_or(u32::MAX));
             let entered = self.push_face(material, corners, t.map(normal))?;
             if let (Some(points), None) = (entered, cut.parallelogram) {
@@ -125,12 +131,17 @@ impl Cut {
             }
         }
         let flat = project(&local, normal);
-        let triangles = ears(&flat);
-        let whole = signed_area(&(0..flat.len() as u32).collect::<Vec<_>>(), &flat);
-        let parts: f64 = triangles.iter().map(|t| signed_area(t, &flat)).sum();
-        let doubt = 1e-9 * (1.0 + whole.abs());
-        let crossed = (whole - parts).abs() > doubt;
-        Some(Self { triangles, parallelogram: None, bent, crossed })
+        let loops = [(0..flat.len() as u32).collect::<Vec<_>>()];
+        let whole = signed_area(&loops[0], &flat);
+        let is_whole = |triangles: &Vec<[u32; 3]>| {
+            let parts: f64 = triangles.iter().map(|t| signed_area(t, &flat)).sum();
+            (whole - parts).abs() <= 1e-9 * (1.0 + whole.abs())
+        };
+        let with_holes = || outline_first(&flat).map(|rings| ears(&rings, &flat)).filter(is_whole);
+        let simple = ears(&loops, &flat);
+        let cut = Some(simple.clone()).filter(is_whole).or_else(with_holes);
+        let crossed = cut.is_none();
+        Some(Self { triangles: cut.unwrap_or(simple), parallelogram: None, bent, crossed })
     }
 }
 
@@ -155,12 +166,31 @@ fn project(points: &[DVec3], normal: DVec3) -> Vec<[f64; 2]> {
     points.iter().map(|p| [p[u], p[v]]).collect()
 }
 
-/// Ear clipping, triangles counter-clockwise.
-fn ears(flat: &[[f64; 2]]) -> Vec<[u32; 3]> {
+/// Outline and holes of a polygon with seams, if that is what it is.
+fn outline_first(flat: &[[f64; 2]]) -> Option<Vec<Vec<u32>>> {
+    let mut rings = rings(flat);
+    let is_outline = |ring: &Vec<u32>| signed_area(ring, flat) > 0.0;
+    let outline = rings.iter().position(is_outline)?;
+    rings.swap(0, outline);
+    let holes = rings.get(1..).unwrap_or_default();
+    let is_joined = !holes.is_empty() && !holes.iter().any(is_outline);
+    is_joined.then_some(rings)
+}
+
+/// Ear clipping of an outline and holes, triangles counter-clockwise.
+fn ears(rings: &[Vec<u32>], flat: &[[f64; 2]]) -> Vec<[u32; 3]> {
+    let corners = rings.concat();
+    let point = |&i: &u32| flat.get(i as usize).copied().unwrap_or_default();
+    let ends = rings.iter().scan(0, |end, ring| {
+        *end += ring.len() as u32;
+        Some(*end)
+    });
+    let holes: Vec<u32> = ends.take(rings.len().saturating_sub(1)).collect();
     let mut indices: Vec<u32> = Vec::new();
-    Earcut::new().earcut(flat.iter().copied(), &[], &mut indices);
+    Earcut::new().earcut(corners.iter().map(point), &holes, &mut indices);
     let turn = |t: [u32; 3]| if signed_area(&t, flat) < 0.0 { [t[0], t[2], t[1]] } else { t };
-    indices.as_chunks::<3>().0.iter().copied().map(turn).collect()
+    let corner = |i: u32| corners.get(i as usize).copied().unwrap_or_default();
+    indices.as_chunks::<3>().0.iter().map(|t| turn(t.map(corner))).collect()
 }
 
 /// Area of a polygon of points by index, above zero if counter-clockwise.
