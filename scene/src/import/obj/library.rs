@@ -1,5 +1,6 @@
 //! The materials that a mesh can name.
 
+use std::cmp::Reverse;
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
@@ -17,19 +18,24 @@ pub(super) const DEFINED_MAX: usize = 1 << 20;
 pub(super) struct Library<'a> {
     limits: &'a Limits,
     path: &'a Path,
-    known: HashMap<Vec<u8>, Entry>,
-    /// What is defined behind the current line, once it was looked for.
-    later: Option<HashMap<Vec<u8>, Entry>>,
-    /// The files read so far, each once, with the materials that are not in `known` yet.
-    files: HashMap<Vec<u8>, Vec<Material>>,
+    /// By name, of each file that was read.
+    known: HashMap<Vec<u8>, Vec<Entry>>,
+    /// The files behind the current line have been read too.
+    has_looked_ahead: bool,
+    /// The files read so far, each once, in their order.
+    files: HashMap<Vec<u8>, usize>,
+    /// When the materials of each file were defined last; 0 if only behind the current line.
+    defined_at: Vec<u64>,
+    time: u64,
     text_bytes: u64,
     defined: usize,
     /// The index of the default.
     fallback: Option<u16>,
 }
 
-/// A material, with its index once it is used.
+/// A material of a file, with its index once it is used.
 struct Entry {
+    file: usize,
     material: Material,
     index: Option<u16>,
 }
@@ -40,8 +46,10 @@ impl<'a> Library<'a> {
             limits,
             path,
             known: HashMap::new(),
-            later: None,
+            has_looked_ahead: false,
             files: HashMap::new(),
+            defined_at: Vec::new(),
+            time: 0,
             text_bytes: 0,
             defined: 0,
             fallback: None,
@@ -59,14 +67,10 @@ impl<'a> Library<'a> {
             self.file(model, name)?;
         }
         for name in names.into_iter().rev() {
-            for material in self.files.get_mut(name).map(std::mem::take).unwrap_or_default() {
-                let key = material.name.as_bytes();
-                let early = self.later.as_mut().and_then(|later| later.remove(key));
-                let entry = match early {
-                    Some(early) if early.material == material => early,
-                    _ => Entry { material, index: None },
-                };
-                self.known.insert(entry.material.name.clone().into_bytes(), entry);
+            let file = self.files.get(name).and_then(|&file| self.defined_at.get_mut(file));
+            if let Some(at) = file {
+                self.time += 1;
+                *at = self.time;
             }
         }
         Ok(())
@@ -80,11 +84,13 @@ impl<'a> Library<'a> {
         name: &[u8],
         ahead: &Lines<'_>,
     ) -> Result<u16, Failure> {
-        if !self.known.contains_key(name) && self.later.is_none() {
+        if !self.known.contains_key(name) && !self.has_looked_ahead {
             self.look_ahead(model, ahead.clone())?;
         }
-        let later = self.later.as_mut().and_then(|later| later.get_mut(name));
-        let Some(entry) = self.known.get_mut(name).or(later) else {
+        let entries = self.known.get_mut(name).into_iter().flatten();
+        // Of those that are defined behind this line alone the first.
+        let last = |e: &&mut Entry| (self.defined_at.get(e.file), Reverse(e.file));
+        let Some(entry) = entries.max_by_key(last) else {
             model.notes.add_named("a material is not defined: grey instead", &shown(name));
             return Ok(self.fallback(model)?);
         };
@@ -113,7 +119,6 @@ impl<'a> Library<'a> {
     /// Reads the files that later lines name: once, so that the time stays that of the text.
     fn look_ahead(&mut self, model: &mut Model, lines: Lines<'_>) -> Result<(), Failure> {
         let outer = model.notes.place().clone();
-        let mut later = HashMap::new();
         for line in lines {
             if lines::words(&line.text).next() != Some(b"mtllib") {
                 continue;
@@ -124,17 +129,9 @@ impl<'a> Library<'a> {
                     error.from.get_or_insert_with(|| place(self.path, line.last));
                     Failure::Elsewhere(Box::new(error))
                 })?;
-                // Within a file the last of a name counts, of files the first.
-                for material in self.files.get(name).into_iter().flatten().rev() {
-                    let key = material.name.as_bytes();
-                    if !later.contains_key(key) {
-                        let entry = Entry { material: material.clone(), index: None };
-                        later.insert(key.to_owned(), entry);
-                    }
-                }
             }
         }
-        self.later = Some(later);
+        self.has_looked_ahead = true;
         model.notes.set_place(outer);
         Ok(())
     }
@@ -176,7 +173,7 @@ impl<'a> Library<'a> {
             Err(Cause::Missing) => {
                 let text = "a file of materials is missing: grey instead";
                 model.notes.add_named(text, &shown(name));
-                self.files.insert(name.to_owned(), Vec::new());
+                self.enter(name, Vec::new());
                 return Ok(());
             }
             Err(cause) => return Err(here(cause)),
@@ -197,7 +194,22 @@ impl<'a> Library<'a> {
                 limit: DEFINED_MAX as u64,
             }));
         }
-        self.files.insert(name.to_owned(), materials);
+        self.enter(name, materials);
         Ok(())
+    }
+
+    /// Keeps what a file holds. Within it the last of a name counts.
+    fn enter(&mut self, name: &[u8], materials: Vec<Material>) {
+        let file = self.defined_at.len();
+        self.files.insert(name.to_owned(), file);
+        self.defined_at.push(0);
+        for material in materials {
+            let entries = self.known.entry(material.name.clone().into_bytes()).or_default();
+            let entry = Entry { file, material, index: None };
+            match entries.last_mut().filter(|last| last.file == file) {
+                Some(last) => *last = entry,
+                None => entries.push(entry),
+            }
+        }
     }
 }

@@ -286,6 +286,21 @@ fn a_mtllib_names_one_file_or_several() {
 }
 
 #[test]
+fn a_mtllib_that_is_named_again_counts_again() {
+    let obj = format!(
+        "{CORNERS}mtllib a.mtl\nusemtl m\nf 1 2 3\nmtllib b.mtl\nusemtl m\nf 1 2 3\nmtllib a.mtl\nusemtl m\nf 1 2 3\n"
+    );
+    let files = [
+        ("x.obj", &obj[..]),
+        ("a.mtl", "newmtl m\nKd .1 0 0\n"),
+        ("b.mtl", "newmtl m\nKd .2 0 0\n"),
+    ];
+    let model = Files::new(&files).load("x.obj").unwrap();
+    let used: Vec<_> = model.triangles.iter().map(|t| t.material).collect();
+    assert_eq!((used, model.materials.len()), (vec![0, 1, 0], 2));
+}
+
+#[test]
 fn a_material_may_be_defined_behind_its_use() {
     let one = "newmtl a\nKd .1 .1 .1\n";
     let two = "newmtl a\nKd .2 .2 .2\nnewmtl b\nKd .3 .3 .3\n";

@@ -26,10 +26,15 @@ pub(super) struct Definition {
     index: Option<u16>,
 }
 
+/// Definitions of a name that are compared with another of it.
+const SAME_NAME_MAX: usize = 64;
+
 /// What the names of modifiers stand for at this place of the input: the last definition counts.
 #[derive(Debug, Default)]
 pub(in crate::import) struct Names {
     by_name: HashMap<Vec<u8>, Modifier>,
+    /// All definitions of each name.
+    defined: HashMap<Vec<u8>, Vec<usize>>,
     definitions: Vec<Definition>,
 }
 
@@ -49,13 +54,17 @@ impl Names {
 
     /// Defines a material. The same again, as each copy of an array brings it, is no new one.
     pub(super) fn define(&mut self, name: &[u8], material: Material, glow: bool) {
-        if let Some(Modifier { material: Some(i), .. }) = self.by_name.get(name)
-            && self.definitions.get(*i).is_some_and(|d| d.material == material)
-        {
-            return;
+        let known = self.defined.get(name).map(Vec::as_slice).unwrap_or_default();
+        // The latest are looked at alone: a name that is defined anew without end must not cost more each time.
+        let same = known.iter().rev().take(SAME_NAME_MAX).copied().find(|&i| {
+            self.definitions.get(i).is_some_and(|d| d.material == material && d.glow == glow)
+        });
+        let index = same.unwrap_or(self.definitions.len());
+        if same.is_none() {
+            self.definitions.push(Definition { material, glow, index: None });
+            self.defined.entry(name.to_owned()).or_default().push(index);
         }
-        self.set(name, Modifier { material: Some(self.definitions.len()), ..Modifier::VOID });
-        self.definitions.push(Definition { material, glow, index: None });
+        self.set(name, Modifier { material: Some(index), ..Modifier::VOID });
     }
 
     /// The definition behind a modifier.

@@ -325,6 +325,17 @@ front polygon c 0 0 12 0 0 8 1 0 8 1 1 8 0 1 8
 }
 
 #[test]
+fn the_copies_of_an_array_have_the_materials_of_the_first() {
+    let part = "void plastic a 0 0 5 .5 .5 .5 0 0\na sphere s 0 0 4 0 0 0 .2\n\
+                void plastic a 0 0 5 .9 .1 .1 0 0\na sphere s 0 0 4 0 0 .5 .2\n";
+    let files = Files::new(&[("all.rad", "!xform -a 20 -t 1 0 0 part.rad\n"), ("part.rad", part)]);
+    let model = files.load("all.rad").unwrap();
+    assert_eq!((model.spheres.len(), model.materials.len()), (40, 2));
+    let used: Vec<_> = model.spheres.iter().take(4).map(|s| s.material).collect();
+    assert_eq!(used, [0, 1, 0, 1]);
+}
+
+#[test]
 fn names_resolve_through_patterns_mixtures_and_aliases() {
     let model = load(
         "void plastic red 0 0 5 .9 0 0 0 0
