@@ -9,20 +9,19 @@ impl Aim {
     pub fn distance_to(light: &Light, point: Vec3) -> f32 {
         let off = point - Vec3::from(light.position);
         let (u, v) = (Vec3::from(light.u), Vec3::from(light.v));
-        let len = |v: Vec3| libm::sqrtf(v.dot(v));
         let kind = match LightKind::from_u32(light.kind) {
-            Some(LightKind::Sphere) => return (len(off) - u.x).abs(),
+            Some(LightKind::Sphere) => return (length(off) - u.x).abs(),
             Some(kind @ (LightKind::Parallelogram | LightKind::Triangle | LightKind::Disc)) => kind,
-            _ => return len(off),
+            _ => return length(off),
         };
         // The point's coordinates along u and v, put back into the shape.
-        let (uu, uv, vv) = (u.dot(u), u.dot(v), v.dot(v));
-        let det = uu * vv - uv * uv;
-        if det.is_nan() || det <= 0.0 {
-            return len(off);
+        // By products of vectors: those of their lengths and angle lose all of a thin shape.
+        let n = u.cross(v);
+        let nn = n.dot(n);
+        if nn.is_nan() || nn <= 0.0 {
+            return length(off);
         }
-        let (pu, pv) = (off.dot(u), off.dot(v));
-        let (a, b) = ((pu * vv - pv * uv) / det, (pv * uu - pu * uv) / det);
+        let (a, b) = (off.cross(v).dot(n) / nn, u.cross(off).dot(n) / nn);
         let (a, b) = match kind {
             LightKind::Disc => {
                 let scale = libm::sqrtf(a * a + b * b).max(1.0);
@@ -35,14 +34,14 @@ impl Aim {
             }
             _ => (a.clamp(0.0, 1.0), b.clamp(0.0, 1.0)),
         };
-        len(off - u * a - v * b)
+        length(off - u * a - v * b)
     }
 
     /// The lengths of what spans a light's surface, if it has one.
     #[must_use]
     pub fn size(light: &Light) -> f32 {
         let [u, v] = [light.u, light.v].map(Vec3::from);
-        libm::sqrtf(u.dot(u)) + libm::sqrtf(v.dot(v))
+        length(u) + length(v)
     }
 
     /// Whether a distant light lies in a unit direction.
@@ -59,4 +58,10 @@ impl Aim {
             1.0 - cos <= versine
         }
     }
+}
+
+/// A board has it once.
+#[cfg_attr(not(feature = "bundles"), inline(never))]
+fn length(v: Vec3) -> f32 {
+    libm::sqrtf(v.dot(v))
 }

@@ -1,6 +1,6 @@
 use super::Surface;
 #[cfg(feature = "specular")]
-use super::{ROUGHNESS_MIN, Ward, fresnel, pass::index};
+use super::{ROUGHNESS_MIN, Ward, fresnel, pass::index, passing::Passing};
 use crate::real::{Real, Vector};
 use crate::scene::{Material, MaterialKind};
 use core::f32::consts::FRAC_1_PI;
@@ -63,15 +63,10 @@ impl Gloss {
         crosses: false,
     };
 
-    /// The rough lobe of a side, which light that passes leaves mirrored. What reflects turns a direction by twice what it is turned itself; of light that
-    /// passes the roughness is that of its direction (Radiance, normal.c: `exp((2 cos - 2) / α²) / (π α²)` about the straight way on).
-    #[inline(always)]
-    fn lobe(&self, side: Side, normal: Vec3) -> Ward {
-        let turn = match side {
-            Side::Front => 1.0,
-            Side::Back => 0.5,
-        };
-        Ward { normal, alpha: self.alpha * turn }
+    /// Whether what passes goes straight on, as shadow rays do.
+    #[must_use]
+    pub(crate) fn is_straight(&self) -> bool {
+        self.alpha <= 0.0 && !self.crosses
     }
 
     #[cfg_attr(feature = "bundles", inline(always))]
@@ -172,17 +167,14 @@ impl Bsdf {
         let diffuse = of_side(front, self.diffuse, self.through, none) * faded;
         #[cfg(feature = "specular")]
         if self.gloss.alpha > 0.0 {
-            let mirrored =
-                incoming - Vector::along(surface.shading, incoming.on(surface.shading) * 2.0);
-            let lobe = |side, incoming| {
-                let ward = self.gloss.lobe(side, surface.shading);
-                ward.evaluate(incoming, surface.outgoing)
-            };
-            let (mut value, mut density) = lobe(Side::Front, incoming);
+            let ward = Ward { normal: surface.shading, alpha: self.gloss.alpha };
+            let (mut value, mut density) = ward.evaluate(incoming, surface.outgoing);
             if self.gloss.transmit != Vec3::ZERO {
-                let (through, density_through) = lobe(Side::Back, mirrored);
+                let passing = Passing { ahead: -surface.outgoing, alpha: self.gloss.alpha };
+                // Its BSDF times the cosine is its density.
+                let through = passing.density(incoming);
                 value = R::select(front, value, through);
-                density = R::select(front, density, density_through);
+                density = R::select(front, density, through);
             } else {
                 value = R::select(front, value, none);
                 density = R::select(front, density, none);
@@ -243,14 +235,17 @@ impl Bsdf {
             Side::Front => gloss.reflect,
             Side::Back => gloss.transmit,
         };
-        let (direction, weight, density) = if gloss.alpha > 0.0 {
-            let ward = gloss.lobe(side, surface.shading);
+        let (direction, weight, density) = if gloss.alpha > 0.0 && side == Side::Back {
+            let passing = Passing { ahead: -surface.outgoing, alpha: gloss.alpha };
+            let direction = passing.sample(numbers());
+            if direction.dot(surface.shading) >= 0.0 {
+                return None;
+            }
+            (direction, albedo, passing.density(Vector::<f32>::from(direction)))
+        } else if gloss.alpha > 0.0 {
+            let ward = Ward { normal: surface.shading, alpha: gloss.alpha };
             let (direction, weight) = ward.sample(numbers(), surface.outgoing)?;
             let (_, density) = ward.evaluate(Vector::<f32>::from(direction), surface.outgoing);
-            let direction = match side {
-                Side::Front => direction,
-                Side::Back => mirrored(direction, surface.shading),
-            };
             (direction, albedo * weight, density)
         } else {
             let direction = match side {

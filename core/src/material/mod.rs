@@ -8,6 +8,8 @@ mod bsdf;
 mod depth;
 pub mod fresnel;
 mod pass;
+#[cfg(feature = "specular")]
+mod passing;
 mod surface;
 mod ward;
 

@@ -22,7 +22,7 @@ pub struct Ward {
 }
 
 /// Beyond it there is nothing left of a lobe.
-const EXPONENT_MAX: f32 = 80.0;
+pub(super) const EXPONENT_MAX: f32 = 80.0;
 
 impl Ward {
     /// The BRDF times the cosine of `incoming`, and the density [1/sr] with which [`sample`](Self::sample) finds

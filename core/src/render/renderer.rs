@@ -345,11 +345,13 @@ fn run_len(rays: &[Shadow], source: u32, most: usize) -> usize {
 /// Most children of a point that a ray of this depth finds.
 fn children_of(depth: u32, job: &Job<'_>) -> usize {
     let specular = job.shader.tables().needs.any(Needs::SPECULAR);
-    if !specular || depth >= u32::from(job.shader.settings().bounces) {
+    let bounces = u32::from(job.shader.settings().bounces);
+    if !specular || bounces == 0 {
         0
-    } else if depth < u32::from(SPLITS) {
+    } else if depth < bounces.min(u32::from(SPLITS)) {
         2
     } else {
+        // Beyond the last bounce rays go straight on through panes.
         1
     }
 }

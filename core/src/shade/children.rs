@@ -69,12 +69,18 @@ impl Shader<'_> {
             return None;
         }
         // What a ray finds that shares its light with shadow rays, it shares behind a pane as well, as they pass it: it is the same ray, from the same origin.
-        let is_straight = side == Side::Back && density == f32::INFINITY && !bsdf.gloss.crosses;
-        let (ray, density) = if is_straight && path.density < f32::INFINITY {
+        let is_straight = side == Side::Back && bsdf.gloss.is_straight();
+        let (ray, density) = if is_straight && path.shares_light() {
             (point.ahead, path.density)
         } else {
             let origin = surface.origin(direction);
-            (Ray { origin, direction, t_min: 0.0, t_max: f32::INFINITY }, density * chance)
+            // What is seen through a surface ends where it would end without.
+            let Ray { t_min, t_max, .. } = point.ahead;
+            let t_max = match side {
+                Side::Front => f32::INFINITY,
+                Side::Back => (t_max - t_min).max(0.0),
+            };
+            (Ray { origin, direction, t_min: 0.0, t_max }, density * chance)
         };
         Some(Child {
             ray,

@@ -29,6 +29,12 @@ impl Path {
         Self { key, throughput: Vec3::ONE, density: f32::INFINITY, depth: 0, medium: Self::AIR }
     }
 
+    /// Whether the lights that the ray finds are sampled by shadow rays as well: it was sent by a rough lobe.
+    #[must_use]
+    pub(super) fn shares_light(&self) -> bool {
+        cfg!(feature = "specular") && self.density < f32::INFINITY
+    }
+
     /// The greatest part of the light that reaches the pixel in any channel.
     #[must_use]
     pub fn importance(&self) -> f32 {

@@ -34,10 +34,12 @@ impl Point {
     #[cfg_attr(feature = "bundles", inline(always))]
     pub(super) fn new(surface: Surface, bsdf: Bsdf, path: Path, bounces: u8, ahead: Ray) -> Self {
         #[cfg(feature = "specular")]
+        let part = |albedo: glam::Vec3| f32::max((path.throughput * albedo).max_element(), 0.0);
+        #[cfg(feature = "specular")]
+        let kept = |part: f32| (part / IMPORTANCE_MIN).min(1.0);
+        #[cfg(feature = "specular")]
         let chance = if path.depth < bounces {
-            let part = |albedo: glam::Vec3| f32::max((path.throughput * albedo).max_element(), 0.0);
             let (front, back) = (part(bsdf.gloss.reflect), part(bsdf.gloss.transmit));
-            let kept = |part: f32| (part / IMPORTANCE_MIN).min(1.0);
             if path.depth < SPLITS {
                 [kept(front), kept(back)]
             } else {
@@ -45,6 +47,9 @@ impl Point {
                 let each = if both > 0.0 { kept(both) / both } else { 0.0 };
                 [front * each, back * each]
             }
+        } else if path.shares_light() && bsdf.gloss.is_straight() {
+            // Shadow rays pass as many panes as there are: so does the ray that shares their light.
+            [0.0, kept(part(bsdf.gloss.transmit))]
         } else {
             [0.0; 2]
         };

@@ -118,8 +118,17 @@ impl<'a> Shader<'a> {
         if kind == Some(MaterialKind::Light) {
             return (sum, None);
         }
+        // Light samples bring a light that is not seen, an illum, whole: what is seen through it is the same light.
+        let is_hidden = material.light != 0
+            && path.shares_light()
+            && surface.front
+            && material.emission == [0.0; 3]
+            && self.light_at(&surface, material).is_some();
+        if is_hidden {
+            return (Sum::ZERO, None);
+        }
         let bsdf = Bsdf::new(material, &surface);
-        let ahead = Ray { t_min: hit.t.next_up(), t_max: f32::INFINITY, ..*ray };
+        let ahead = Ray { t_min: hit.t.next_up(), ..*ray };
         (sum, Some(Point::new(surface, bsdf, path, self.settings.bounces, ahead)))
     }
 

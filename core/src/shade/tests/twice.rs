@@ -34,9 +34,10 @@ fn light_that_comes_through_a_clear_pane_is_the_light() {
     };
     for (roughness, bound) in [(0.05, 0.02), (0.2, 0.01), (0.5, 0.01)] {
         for pane in [glass, sheet, material(MaterialKind::Void)] {
-            for panes in [1, 3] {
+            // Shadow rays pass more panes than a path may bounce.
+            for (panes, bounces) in [(1, 6), (3, 6), (1, 1), (3, 2)] {
                 let lit = |panes: u32, to: &dyn Fn(&mut Scene)| {
-                    let mut scene = scene(4096, 6);
+                    let mut scene = scene(4096, bounces);
                     floor(&mut scene, metal(roughness));
                     for k in 0..panes {
                         let of = scene.material(pane);
@@ -86,6 +87,55 @@ fn a_camera_sees_no_sky_behind_its_aft_plane() {
     let ray = Ray { direction: Vec3::Z, ..down(0.0, 0.0) };
     assert_eq!(scene.seen(&ray, 0).0, Vec3::ONE);
     assert_eq!(scene.seen(&Ray { t_max: 5.0, ..ray }, 0).0, Vec3::ZERO);
+    // Nor through what it sees before it.
+    for kind in [MaterialKind::Glass, MaterialKind::Void, MaterialKind::Dielectric] {
+        let mut scene = self::scene(1, 4);
+        scene.lights.push(sky(Vec3::Z, 3.0));
+        let pane = scene.material(Material { ior: 1.0, transmit: [1.0; 3], ..material(kind) });
+        scene.rectangle(pane, Vec3::new(-9.0, -8.0, 3.0), Vec3::X * 17.3, Vec3::Y * 17.1);
+        let seen = |t_max| scene.seen(&Ray { t_max, ..ray }, 1).0.x;
+        assert!((seen(f32::INFINITY) - 1.0).abs() < 1e-5);
+        assert_eq!(seen(5.0), 0.0);
+    }
+}
+
+/// Lamps whose first corner is their sharp one.
+#[test]
+fn thin_triangles_count_once() {
+    let corners =
+        [Vec3::new(-0.5, 0.2, 0.7), Vec3::new(0.5, 0.2, 0.7), Vec3::new(0.5, 0.2005, 0.7)];
+    let lit = |first: usize| {
+        let [a, b, c] = [0, 1, 2].map(|k| corners[(first + k) % 3]);
+        let mut scene = scene(4096, 2);
+        floor(&mut scene, metal(0.15));
+        scene.lamp(light(LightKind::Triangle, a, c - a, b - a, 1000.0));
+        seen(&scene)
+    };
+    let [a, b, c] = [0, 1, 2].map(lit);
+    assert!(a > 0.01 && (a / b - 1.0).abs() < 0.02 && (b / c - 1.0).abs() < 0.02, "{a} {b} {c}");
+}
+
+/// An illum stands for what is behind it: its pane, and a sky that is seen alone.
+#[test]
+fn what_an_illum_stands_for_is_not_seen_in_gloss_as_well() {
+    let (corner, u, v) = (Vec3::new(-30.0, 30.0, 3.0), Vec3::X * 60.0, Vec3::Y * -60.0);
+    let lit = |is_lamp: bool| {
+        let mut scene = scene(4096, 4);
+        floor(&mut scene, metal(0.2));
+        let window = light(LightKind::Parallelogram, corner, u, v, 1.0);
+        if is_lamp {
+            scene.lamp(window);
+        } else {
+            let glass = Material { ior: 1.0, transmit: [1.0; 3], ..material(MaterialKind::Glass) };
+            let pane = scene.material(Material { light: 1, ..glass });
+            scene.rectangle(pane, corner, u, v);
+            scene.lights.push(Light { material: pane.into(), ..window });
+            scene.lights.push(Light { reach: 0.0, ..sky(Vec3::Z, 1.5) });
+        }
+        seen(&scene)
+    };
+    let (found, exact) = (lit(false), lit(true));
+    assert!((found / exact - 1.0).abs() < 0.02, "{found} {exact}");
 }
 
 /// The inside of a ball of a lamp's material is no lamp: rays alone find it.
@@ -110,11 +160,17 @@ fn the_roughness_of_what_passes_is_that_of_its_direction() {
             let mut scene = scene(4096, 2);
             let trans = Material { transmit: [1.0; 3], transmit_specular: 1.0, ..metal(alpha) };
             floor(&mut scene, Material { specular: [0.0; 3], ..trans });
-            scene.lights.push(sky(Vec3::NEG_Z, half));
-            let found = f64::from(scene.seen(&down(0.0, 0.0), 1).0.x);
-            let tan = f64::from(half).tan() / f64::from(alpha);
-            let exact = 1.0 - (-tan * tan).exp();
-            assert!((found / exact - 1.0).abs() < 0.02, "{alpha} {degrees}: {found} {exact}");
+            // From above, and aslant: the way on is as straight.
+            for slant in [0.0_f32, 0.8, 1.2] {
+                let direction = Vec3::new(slant.sin(), 0.0, -slant.cos());
+                scene.lights = vec![sky(direction, half)];
+                let ray = Ray { origin: -direction, direction, t_min: 0.0, t_max: f32::INFINITY };
+                let found = f64::from(scene.seen(&ray, 1).0.x);
+                let chord = 2.0 * (f64::from(half) / 2.0).sin() / f64::from(alpha);
+                let exact = 1.0 - (-chord * chord).exp();
+                let error = (found / exact - 1.0).abs();
+                assert!(error < 0.02, "{alpha} {degrees} {slant}: {found} {exact}");
+            }
         }
     }
 }
