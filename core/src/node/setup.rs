@@ -133,9 +133,7 @@ impl Setup {
                 let sizes = self.sizes.get(..len.unwrap_or(self.sizes.len()))?;
                 Topology::Grid(Grid::new(sizes, self.topology == WRAPPING_GRID)?)
             }
-            TREE if arity > 0 && arity <= nodes => {
-                Topology::Tree { nodes, arity }
-            }
+            TREE if arity > 0 && arity <= nodes => Topology::Tree { nodes, arity },
             FULL if nodes > 0 => Topology::Full { nodes },
             _ => return None,
         };
