@@ -133,15 +133,20 @@ impl Cut {
         let flat = project(&local, normal);
         let loops = [(0..flat.len() as u32).collect::<Vec<_>>()];
         let whole = signed_area(&loops[0], &flat);
-        let is_whole = |triangles: &Vec<[u32; 3]>| {
+        let is_whole = |triangles: &[[u32; 3]]| {
             let parts: f64 = triangles.iter().map(|t| signed_area(t, &flat)).sum();
             (whole - parts).abs() <= 1e-9 * (1.0 + whole.abs())
         };
-        let with_holes = || outline_first(&flat).map(|rings| ears(&rings, &flat)).filter(is_whole);
-        let simple = ears(&loops, &flat);
-        let cut = Some(simple.clone()).filter(is_whole).or_else(with_holes);
-        let crossed = cut.is_none();
-        Some(Self { triangles: cut.unwrap_or(simple), parallelogram: None, bent, crossed })
+        let mut triangles = ears(&loops, &flat);
+        let mut crossed = !is_whole(&triangles);
+        if crossed && let Some(rings) = outline_first(&flat) {
+            let parts = ears(&rings, &flat);
+            crossed = !is_whole(&parts);
+            if !crossed {
+                triangles = parts;
+            }
+        }
+        Some(Self { triangles, parallelogram: None, bent, crossed })
     }
 }
 
