@@ -8,6 +8,7 @@ mod chart;
 mod command;
 mod compare;
 mod console;
+mod cores;
 mod failure;
 mod input;
 mod interrupt;

@@ -7,6 +7,8 @@ use super::mesh::{
     replicas, tile,
 };
 use super::size::parse_bytes;
+#[cfg(feature = "host")]
+use crate::cores::cores;
 
 /// Nodes where neither their number nor sizes of the topology are given.
 const NODES: u32 = 64;
@@ -89,8 +91,7 @@ impl Division {
     #[cfg(feature = "host")]
     pub(crate) fn for_processes(&self) -> Self {
         let nodes = self.nodes.or_else(|| product(self.topology.as_deref()?));
-        let processors = std::thread::available_parallelism().map_or(1, usize::from);
-        let nodes = nodes.unwrap_or_else(|| (processors as u32).clamp(1, FULL_NODES_MAX));
+        let nodes = nodes.unwrap_or_else(|| (cores() as u32).clamp(1, FULL_NODES_MAX));
         let name = if nodes <= FULL_NODES_MAX { "full" } else { "torus" };
         let topology = self.topology.clone().unwrap_or_else(|| name.into());
         Self { nodes: Some(nodes), topology: Some(topology), ..self.clone() }

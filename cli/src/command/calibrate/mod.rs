@@ -5,8 +5,6 @@ mod file;
 mod fit;
 mod picture;
 
-use std::thread::available_parallelism;
-
 use kiloray_sim::Profile;
 
 pub(super) use self::file::read;
@@ -17,6 +15,7 @@ use self::{
 use crate::{
     args,
     console::{duration, line},
+    cores,
     failure::{self, Outcome},
     output::Output,
     progress::Progress,
@@ -76,8 +75,7 @@ pub(super) fn run(arguments: &args::Calibrate) -> Outcome {
     let quiet = arguments.quiet;
     let name = file::name(&arguments.output)?;
     let output = Output::create(&arguments.output)?;
-    let cores = || available_parallelism().map_or(1, usize::from);
-    let threads = arguments.threads.map_or_else(cores, |threads| threads as usize);
+    let threads = cores::threads(arguments.threads);
     let Machine { seen, unseen, mut profile } = measure(threads, arguments.repeats, quiet)?;
 
     let worst = unseen.iter().map(|row| row.error(&profile).abs()).fold(0.0, f64::max);

@@ -10,7 +10,7 @@ use kiloray_sim::{
 use crate::{
     args::{self, Bounds},
     command::{calibrate, division, engine},
-    console,
+    console, cores,
     failure::{Failure, Outcome},
     scene::Scene,
 };
@@ -38,8 +38,7 @@ pub(in crate::command) fn options(sim: &args::Sim, scene: &Scene) -> Outcome<Opt
 
 /// Threads of the mesh: all that there are but one, where the one node to compare it with takes its steps at the same time.
 fn threads(sim: &args::Sim) -> usize {
-    let cores = || std::thread::available_parallelism().map_or(1, usize::from);
-    let all = sim.common.threads.map_or_else(cores, |threads| threads as usize);
+    let all = cores::threads(sim.common.threads);
     all.saturating_sub(usize::from(!sim.no_baseline)).max(1)
 }
 

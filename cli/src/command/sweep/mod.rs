@@ -25,6 +25,7 @@ use super::{
 use crate::{
     args,
     console::line,
+    cores,
     failure::{self, Failure, Outcome},
     interrupt,
     output::{Folder, Output},
@@ -133,8 +134,7 @@ impl Ended {
 
 fn simulate_all(points: &[Point], scenes: &[Outcome<Scene>], sweep: &args::Sweep) -> Vec<Row> {
     // Points that run at the same time share the cores.
-    let cores = sweep.common.threads.map_or_else(pool::cores, |threads| threads as usize);
-    let threads = (cores / points.len().max(1)).max(1);
+    let threads = (cores::threads(sweep.common.threads) / points.len().max(1)).max(1);
     let prepare = |point: &Point| {
         let words = |failure: &Failure| failure.message().to_owned();
         let scene = scenes[point.scene].as_ref().map_err(words)?;

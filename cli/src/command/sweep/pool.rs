@@ -7,10 +7,7 @@ use std::{
     thread,
 };
 
-/// What this machine can do at once.
-pub(super) fn cores() -> usize {
-    thread::available_parallelism().map_or(1, usize::from)
-}
+use crate::cores;
 
 /// Runs jobs on all cores, or so many threads, and gives their results in the order of the jobs.
 ///
@@ -20,7 +17,7 @@ pub(super) fn run<J: Sync, R: Send>(
     threads: Option<u32>,
     work: impl Fn(&J) -> R + Sync,
 ) -> Vec<Result<R, String>> {
-    let threads = threads.map_or_else(cores, |n| n as usize).clamp(1, jobs.len().max(1));
+    let threads = cores::threads(threads).clamp(1, jobs.len().max(1));
     let next = AtomicUsize::new(0);
     let results: Vec<_> = jobs.iter().map(|_| Mutex::new(None)).collect();
     thread::scope(|scope| {
