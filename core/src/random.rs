@@ -93,7 +93,8 @@ impl Sequence {
     #[inline(always)]
     #[must_use]
     pub fn middles<B: Bits>(self, index: B, fine: u32) -> [B::Real; 2] {
-        let seeds = self.seeds().map(|seed| index.same(seed));
+        let [shuffle, x, y] = self.seeds();
+        let seeds = [index.same(shuffle), index.same(x), index.same(y)];
         B::Real::apart(Points { seeds, index, half: 0x8000_0000_u32.wrapping_shr(fine) })
     }
 

@@ -6,6 +6,7 @@ use std::{fs, process, thread};
 use kiloray_core::block::KiloView;
 use kiloray_core::network::NodeId;
 use kiloray_core::node::{Node, Picture};
+use kiloray_core::shade::LightRows;
 use kiloray_core::store::{Arena, CHUNK_BYTES, Chunk};
 use kiloray_render::ThreadScratch;
 use kiloray_scene::kilo::KiloFile;
@@ -51,9 +52,10 @@ pub fn run_node(config: &Config, node: u16, incarnation: u32, is_tied: bool) -> 
     check_share(&config.scene, &file, &job, here)?;
 
     let mut chunks = vec![Chunk::ZERO; config.mesh.memory / CHUNK_BYTES];
-    let world =
-        Picture::new(Auto::detect(), job.shader(&file), job.camera, job.tiling(), file.limits())
-            .working_in(ThreadScratch { together: true });
+    let rows = LightRows::new(file.lights());
+    let shader = job.shader(&file).with_rows(&rows);
+    let world = Picture::new(Auto::detect(), shader, job.camera, job.tiling(), file.limits())
+        .working_in(ThreadScratch { together: true });
     let rom = job.layout.rom(&file, here);
     let mut arena = Arena::new(&mut chunks);
     let mut actor = Node::new(&mut arena, plan, budget, job.layout.settings, rom, job.mesh, world)?;

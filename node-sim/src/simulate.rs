@@ -5,7 +5,7 @@ use kiloray_core::block::KiloView;
 use kiloray_core::network::{HOST, Mesh, NodeId, Router};
 use kiloray_core::node::{Node, Picture, Progress, Time, Work, World};
 use kiloray_core::render::Tiling;
-use kiloray_core::shade::{Shader, Tables};
+use kiloray_core::shade::{LightRows, Shader, Tables};
 use kiloray_core::store::{Arena, CHUNK_BYTES, Chunk};
 use kiloray_core::view::Camera;
 use kiloray_render::{Ledger, MeshLayout, ThreadScratch};
@@ -55,8 +55,9 @@ pub fn simulate(
     let tables = Tables::of(file);
     let shader = Shader::new(tables, options.mesh.settings);
     let tiling = Tiling::new(width, height, layout.side());
+    let rows = LightRows::new(file.lights());
     let world = |tables| {
-        let shader = Shader::new(tables, options.mesh.settings);
+        let shader = Shader::new(tables, options.mesh.settings).with_rows(&rows);
         let scratch = ThreadScratch { together: options.profile.together };
         Picture::new(Auto::detect(), shader, camera, tiling, file.limits()).working_in(scratch)
     };

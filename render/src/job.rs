@@ -2,7 +2,7 @@ use crate::{Error, Lanes, Options, Picture, mapped, node};
 use kiloray_core::block::KiloView;
 use kiloray_core::render::{Job, Plan, PlanSettings, SceneSize, Tiling};
 use kiloray_core::scene::Needs;
-use kiloray_core::shade::{Counts, Shader, Tables};
+use kiloray_core::shade::{Counts, LightRows, Shader, Tables};
 use kiloray_core::store::{Budget, CacheCounts};
 use kiloray_core::trace::{Scalar, Tracer};
 use kiloray_core::view::Camera;
@@ -98,8 +98,11 @@ fn with<T: Tracer + Send + Sync>(
     }
     let camera = Camera::new(&options.view, width, height, options.settings.samples);
     let mut picture = Picture::new(width, height).ok_or_else(size)?;
+    let rows = LightRows::new(file.lights());
+    let shader = Shader::new(Tables::of(file), options.settings);
     let job = Job {
-        shader: Shader::new(Tables::of(file), options.settings),
+        // In a memory of its own a node has no other copy of the lights.
+        shader: if options.memory.is_none() { shader.with_rows(&rows) } else { shader },
         camera: camera.ok_or(Error::View)?,
         width,
         cancel: Some(control.cancel),

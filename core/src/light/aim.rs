@@ -85,9 +85,12 @@ pub const MOST: f32 = 8.0;
 
 /// Whether a surface takes light from something within this radius of a centre at this height above it and this distance.
 #[inline(always)]
-pub(super) fn takes(answers: [bool; 2], height: f32, radius: f32, distance: f32) -> bool {
+pub(super) fn takes<R: Real>(answers: [bool; 2], height: R, radius: R, distance: R) -> R::Mask {
     let slack = radius + (distance + radius) * (4.0 * UNIT_ROUNDOFF);
-    answers[0] && height > -slack || answers[1] && height < slack
+    let (any, [front, back]) = (height.always(), answers);
+    let front = if front { height.above(-slack) } else { !any };
+    let back = if back { slack.above(height) } else { !any };
+    front | back
 }
 
 impl Aim {
@@ -161,20 +164,6 @@ impl Aim {
             return Err(Dark::Void);
         }
         Ok(Self { shape, from, radiance, cone, cone_cos, estimate, solid_angle })
-    }
-
-    /// The [`estimate`](Self::estimate) alone, roughly, in a third of the time, for lights that are small for their distance: enough to choose among
-    /// many. `None` for all others.
-    #[cfg_attr(feature = "bundles", inline(always))]
-    #[must_use]
-    pub fn far(light: &Light, surface: &Surface, answers: [bool; 2]) -> Option<Result<f32, Dark>> {
-        let kind = match LightKind::from_u32(light.kind)? {
-            kind @ (LightKind::Parallelogram | LightKind::Triangle | LightKind::Disc) => kind,
-            _ => return None,
-        };
-        let brightest = Vec3::from(light.radiance).max_element();
-        let far = Flat::far(kind, light, surface, answers).filter(|_| brightest > 0.0)?;
-        Some(far.map(|one| brightest * one))
     }
 
     /// Makes it ready for samples by solid angle, where it looks large; without this they are of its area.

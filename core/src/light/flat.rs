@@ -1,4 +1,4 @@
-use super::aim::{Aim, Dark, takes};
+use super::aim::{Aim, Dark};
 use super::ellipse::Ellipse;
 #[cfg(feature = "bundles")]
 use super::lamp::Lamp;
@@ -6,7 +6,6 @@ use super::projected::Polygon;
 use super::rectangle::Rectangle;
 use super::triangle::SphericalTriangle;
 use crate::elementary::sin_cos_of_turns;
-use crate::material::Surface;
 use crate::real::{Part, Real, Vector};
 use crate::scene::{Light, LightKind};
 use crate::trace::Tracer;
@@ -109,47 +108,6 @@ impl Flat {
             looks_large: area > NEAR * square,
             near: Near::No,
         })
-    }
-
-    /// See [`Aim::far`], for a radiance of 1: `None` where it is near, or numbers are too large or
-    /// small for this.
-    #[cfg_attr(feature = "bundles", inline(always))]
-    pub(super) fn far(
-        kind: LightKind,
-        light: &Light,
-        surface: &Surface,
-        answers: [bool; 2],
-    ) -> Option<Result<f32, Dark>> {
-        let (position, u, v) = (Vec3::from(light.position), light.u.into(), light.v.into());
-        let normal = Vec3::cross(u, v);
-        let (middle, part, sides) = match kind {
-            LightKind::Parallelogram => (0.5, 1.0, 0.5),
-            LightKind::Triangle => (1.0 / 3.0, 0.5, 1.0),
-            _ => (0.0, PI, 1.0),
-        };
-        let to = position + (u + v) * middle - surface.position;
-        let square = to.dot(to);
-        // No less than that of the sphere round the centre that holds it.
-        let radius2 = sides * (u.dot(u) + v.dot(v));
-        // Height above its plane, times the length of the normal.
-        let facing = (surface.position - position).dot(normal);
-        let quotient = part * facing / (square * square);
-        let is_far = square > 4.0 * radius2 && square < f32::MAX;
-        if !is_far || quotient.abs() < f32::MIN_POSITIVE || quotient.is_nan() {
-            return None;
-        }
-        if facing <= 0.0 {
-            return Some(Err(Dark::FacesAway));
-        }
-        if square > light.reach * light.reach {
-            return Some(Err(Dark::OutOfReach));
-        }
-        let [radius, distance] = [radius2, square].map(libm::sqrtf);
-        let height = to.dot(surface.normal);
-        if !takes(answers, height, radius, distance) {
-            return Some(Err(Dark::Below));
-        }
-        Some(Ok(quotient * (height.abs() + radius).min(distance)))
     }
 
     /// Chooses how it is sampled; costly where it looks large.

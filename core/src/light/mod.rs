@@ -18,6 +18,7 @@
 mod aim;
 mod distant;
 mod ellipse;
+mod far;
 mod flat;
 #[cfg(feature = "bundles")]
 mod lamp;
@@ -29,5 +30,8 @@ mod triangle;
 
 pub use aim::{Aim, Dark, MOST, Sample};
 pub(crate) use distant::versine;
+#[cfg(feature = "bundles")]
+pub(crate) use far::{Far, FarRows};
+pub(crate) use far::{Look, Seen};
 #[cfg(feature = "bundles")]
 pub(crate) use lamp::Lamps;

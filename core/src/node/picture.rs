@@ -418,7 +418,7 @@ impl<T: Tracer, C: Scratch> World for Picture<'_, T, C> {
 
     fn lights(&mut self, point: &Point, saved: Option<[u32; 8]>) -> Lights {
         let (direct, next) = match saved {
-            None => (self.shader.direct(point, &mut self.memo), 0),
+            None => (self.shader.direct(self.tracer, point, &mut self.memo), 0),
             Some([a, b, c, d, e, f, next, _]) => (Direct::unpack([a, b, c, d, e, f]), next),
         };
         Lights {

@@ -235,8 +235,8 @@ impl<'a> Renderer<'a> {
         rays: &mut ShadowRays,
     ) -> Result<(), RenderError<S::Error>> {
         let shader = work.job.shader;
-        let mut direct = shader.direct(point, &mut work.memo);
         let tracer = work.sight.tracer();
+        let mut direct = shader.direct(tracer, point, &mut work.memo);
         while let Some(mut bundle) =
             shader.next_bundle(tracer, point, &mut direct, &work.memo, work.counts)
         {

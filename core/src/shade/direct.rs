@@ -1,8 +1,8 @@
 use super::deal::Deal;
-use super::memo::{Look, Memo};
+use super::memo::Memo;
 use super::path::is_seen;
 use super::{Counts, Point, Shader};
-use crate::light::{Aim, Dark};
+use crate::light::{Aim, Dark, Look, Seen};
 use crate::random::{Purpose, Sequence};
 use crate::scene::Light;
 use crate::trace::Tracer;
@@ -28,8 +28,8 @@ pub struct Direct {
     total: f32,
     /// Between teeth.
     spacing: f32,
-    /// Of the first tooth, in spacings.
-    offset: f32,
+    /// The place of the next tooth on the line.
+    tooth: f32,
     /// The place on the line.
     at: f32,
 }
@@ -66,28 +66,29 @@ impl Shader<'_> {
     /// Begins the light sampling of a point.
     #[must_use]
     #[cfg_attr(feature = "bundles", inline(always))]
-    pub fn direct(&self, point: &Point, memo: &mut Memo) -> Direct {
+    pub fn direct<T: Tracer>(&self, tracer: T, point: &Point, memo: &mut Memo) -> Direct {
         let lights = self.tables.lights;
         let answers = point.bsdf.answers();
         let key = point.path.key;
-        let mut direct =
-            Direct { next: 0, answers, total: 0.0, spacing: 0.0, offset: 0.0, at: 0.0 };
+        let mut direct = Direct { next: 0, answers, total: 0.0, spacing: 0.0, tooth: 0.0, at: 0.0 };
         if answers == [false; 2] {
             direct.next = u32::MAX;
         } else if lights.len() > 1 {
-            let many = self.are_many();
-            if many {
-                memo.begin(key);
-            }
-            for light in lights {
-                let look = if many { look(light, point, answers) } else { Look::Near };
-                if many {
-                    memo.note(look);
+            if self.are_many() {
+                memo.of(key);
+                #[cfg(feature = "bundles")]
+                if let Some(rows) = self.rows {
+                    rows.look(tracer, &point.surface, answers, memo);
                 }
-                direct.total += match look {
-                    Look::Far(estimate) => estimate,
-                    Look::Dark(_) => 0.0,
-                    Look::Near => {
+                #[cfg(not(feature = "bundles"))]
+                let _ = tracer;
+            }
+            let known = memo.looks(key);
+            for (index, light) in lights.iter().enumerate() {
+                direct.total += match self.seen((index, light), point, answers, known) {
+                    Seen::Far(estimate) => estimate,
+                    Seen::Dark(_) => 0.0,
+                    Seen::Near => {
                         Aim::new(light, &point.surface, answers).map_or(0.0, |aim| aim.estimate)
                     }
                 };
@@ -95,7 +96,8 @@ impl Shader<'_> {
             let most = f32::from(self.settings.lights).max(1.0);
             let teeth = (most * point.path.importance()).max(1.0).min(most);
             direct.spacing = direct.total / teeth;
-            [direct.offset, _] = Sequence::new(key, Purpose::Lights).point(key.sample);
+            let [offset, _] = Sequence::new(key, Purpose::Lights).point(key.sample);
+            direct.tooth = offset * direct.spacing;
         }
         direct
     }
@@ -111,23 +113,21 @@ impl Shader<'_> {
         memo: &Memo,
         counts: &mut Counts,
     ) -> Option<Bundle> {
+        let (answers, known) = (direct.answers, memo.looks(point.path.key));
         while let Some(light) = self.tables.lights.get(direct.next as usize) {
             let index = direct.next;
             direct.next += 1;
-            let answers = direct.answers;
             let mut asked = None;
-            let known = || memo.look(point.path.key, index);
-            let anew = || look(light, point, answers);
-            match if self.are_many() { known().unwrap_or_else(anew) } else { Look::Near } {
-                Look::Near => {}
-                Look::Far(estimate) => {
+            match self.seen((index as usize, light), point, answers, known) {
+                Seen::Near => {}
+                Seen::Far(estimate) => {
                     asked = direct.draw(estimate);
                     if asked.is_none() {
                         counts.lights_by_chance += 1;
                         continue;
                     }
                 }
-                Look::Dark(dark) => {
+                Seen::Dark(dark) => {
                     leave_out(dark, counts);
                     continue;
                 }
@@ -155,6 +155,22 @@ impl Shader<'_> {
     /// Whether lights are looked at quickly first.
     const fn are_many(&self) -> bool {
         self.tables.lights.len() > FEW
+    }
+
+    /// What a quick look at a light shows, where they are many; of the first of them it is known.
+    #[cfg_attr(feature = "bundles", inline(always))]
+    fn seen(
+        &self,
+        (index, light): (usize, &Light),
+        point: &Point,
+        answers: [bool; 2],
+        known: &[Look],
+    ) -> Seen {
+        if !self.are_many() {
+            return Seen::Near;
+        }
+        let anew = || Look::new(light, &point.surface, answers);
+        known.get(index).copied().unwrap_or_else(anew).seen()
     }
 
     #[cfg_attr(feature = "bundles", inline(always))]
@@ -186,16 +202,6 @@ impl Shader<'_> {
             seen: is_seen(light, |material| self.emits(material)),
             deal,
         }
-    }
-}
-
-/// A quick look at one of many lights.
-#[cfg_attr(feature = "bundles", inline(always))]
-fn look(light: &Light, point: &Point, answers: [bool; 2]) -> Look {
-    match Aim::far(light, &point.surface, answers) {
-        None => Look::Near,
-        Some(Ok(estimate)) => Look::Far(estimate),
-        Some(Err(dark)) => Look::Dark(dark),
     }
 }
 
@@ -251,39 +257,33 @@ impl Direct {
     #[must_use]
     pub fn pack(&self) -> [u32; 6] {
         let [front, back] = self.answers.map(u32::from);
-        let [total, spacing, offset, at] =
-            [self.total, self.spacing, self.offset, self.at].map(f32::to_bits);
-        [self.next, front | back << 1, total, spacing, offset, at]
+        let [total, spacing, tooth, at] =
+            [self.total, self.spacing, self.tooth, self.at].map(f32::to_bits);
+        [self.next, front | back << 1, total, spacing, tooth, at]
     }
 
     /// What was packed.
     #[must_use]
-    pub fn unpack([next, answers, total, spacing, offset, at]: [u32; 6]) -> Self {
-        let [total, spacing, offset, at] = [total, spacing, offset, at].map(f32::from_bits);
-        Self { next, answers: [answers & 1 != 0, answers & 2 != 0], total, spacing, offset, at }
+    pub fn unpack([next, answers, total, spacing, tooth, at]: [u32; 6]) -> Self {
+        let [total, spacing, tooth, at] = [total, spacing, tooth, at].map(f32::from_bits);
+        Self { next, answers: [answers & 1 != 0, answers & 2 != 0], total, spacing, tooth, at }
     }
 
     /// Lays the next estimate on the line, and says if a tooth falls on it. The only light there is has no line, and is always asked.
+    #[cfg_attr(feature = "bundles", inline(always))]
     fn draw(&mut self, estimate: f32) -> Option<Asked> {
-        let before = self.at;
         self.at += estimate;
-        let probability = if estimate >= self.spacing {
-            1.0
-        } else if self.teeth(self.at) > self.teeth(before) {
-            estimate / self.spacing
-        } else {
+        let beyond = self.at - self.tooth;
+        let (is_long, has_tooth) = (estimate >= self.spacing, beyond > 0.0);
+        if !is_long && !has_tooth {
             return None;
-        };
+        }
+        if has_tooth {
+            // To the first that is not passed. (No spacing, no steps: the number of steps is finite.)
+            self.tooth += (1.0 + (beyond / self.spacing) as u32 as f32) * self.spacing;
+        }
+        let probability = if is_long { 1.0 } else { estimate / self.spacing };
         let part = if self.total > 0.0 { (estimate / self.total).min(1.0) } else { 1.0 };
         Some(Asked { probability, part })
-    }
-
-    /// The number of the last tooth before a place on the line; -1 before the first. NaN if the line has no length.
-    fn teeth(&self, at: f32) -> f32 {
-        /// Where neighbouring numbers are whole ones: to this rounding is exact, up to far more teeth than there can be.
-        const WHOLE: f32 = (3_u32 << 22) as f32;
-        let teeth = at / self.spacing - self.offset;
-        let nearest = (teeth + WHOLE) - WHOLE;
-        if nearest > teeth { nearest - 1.0 } else { nearest }
     }
 }

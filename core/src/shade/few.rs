@@ -196,8 +196,10 @@ impl Kernel for Few<'_> {
                 size: row(&few.size),
                 is_triangle: row(&few.corners).is_positive(),
             };
-            let seeds = few.seeds.each_ref().map(|row| lanes.read_whole(row, first));
-            let sample = lamps.sample(points_of(seeds, lanes.read_whole(&few.index, first)));
+            let [shuffle, x, y] = &few.seeds;
+            let whole = |row: &_| lanes.read_whole(row, first);
+            let seeds = [whole(shuffle), whole(x), whole(y)];
+            let sample = lamps.sample(points_of(seeds, whole(&few.index)));
             let above = sample.direction.dot(rows(&few.normal));
             let answer = lambert(rows(&few.diffuse), above);
             let power = rows(&few.radiance) * sample.inverse;
@@ -205,7 +207,8 @@ impl Kernel for Few<'_> {
             let origin = rows(&few.above);
             let direction = sample.end.map_or(sample.direction, |end| end - origin);
             let is_lit = sample.is_lit.lanes();
-            let [light, origin, direction] = [light, origin, direction].map(Put::down);
+            let (light, origin) = (Put::down(light), Put::down(origin));
+            let direction = Put::down(direction);
             for lane in 0..L::Real::COUNT.min(few.len.saturating_sub(first)) {
                 let at = first.wrapping_add(lane);
                 let owner = few.owners.get(at).unwrap_or(&Owner::NONE);

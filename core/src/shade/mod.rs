@@ -32,6 +32,8 @@ mod memo;
 mod packed;
 mod path;
 mod point;
+#[cfg(feature = "bundles")]
+mod rows;
 mod settings;
 mod shader;
 mod shadows;
@@ -50,6 +52,8 @@ pub use memo::Memo;
 pub use packed::{PackedHit, PathRay, Shadow, Task};
 pub use path::Path;
 pub use point::{Point, SPLITS};
+#[cfg(feature = "bundles")]
+pub use rows::LightRows;
 pub use settings::Settings;
 pub use shader::{Shader, Tables};
 pub use shadows::{ShadowRay, ShadowRays};

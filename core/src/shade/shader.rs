@@ -1,3 +1,5 @@
+#[cfg(feature = "bundles")]
+use super::LightRows;
 use super::path::is_seen;
 use super::{Path, Point, SPLITS, Settings, Sum, Unit};
 use crate::block::KiloView;
@@ -55,13 +57,28 @@ pub struct Shader<'a> {
     pub(super) tables: Tables<'a>,
     pub(super) settings: Settings,
     unit: Unit,
+    #[cfg(feature = "bundles")]
+    pub(super) rows: Option<&'a LightRows>,
 }
 
 impl<'a> Shader<'a> {
     /// A shader of these tables.
     #[must_use]
     pub fn new(tables: Tables<'a>, settings: Settings) -> Self {
-        Self { tables, settings, unit: Unit::new(tables.needs.radiance_max) }
+        Self {
+            tables,
+            settings,
+            unit: Unit::new(tables.needs.radiance_max),
+            #[cfg(feature = "bundles")]
+            rows: None,
+        }
+    }
+
+    /// The same shader, which looks at the lights of these rows together. They are those of its table.
+    #[cfg(feature = "bundles")]
+    #[must_use]
+    pub const fn with_rows(self, rows: &'a LightRows) -> Self {
+        Self { rows: Some(rows), ..self }
     }
 
     /// The unit of its sums.

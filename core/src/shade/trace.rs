@@ -83,7 +83,7 @@ impl Shader<'_> {
     ) -> Result<Sum, V::Error> {
         let mut sum = Sum::ZERO;
         let mut memo = Memo::new();
-        let mut direct = self.direct(point, &mut memo);
+        let mut direct = self.direct(Scalar, point, &mut memo);
         while let Some(mut bundle) = self.next_bundle(Scalar, point, &mut direct, &memo, counts) {
             sum.add(self.lit_by(visibility, point, &mut bundle, counts)?);
         }

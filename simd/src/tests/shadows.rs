@@ -6,7 +6,7 @@ use kiloray_core::geometry::{Hit, Primitive, Ray};
 use kiloray_core::path::PathKey;
 use kiloray_core::scene::{Light, LightKind, Material, MaterialKind, Needs};
 use kiloray_core::shade::{
-    Bundle, Counts, FewRays, Memo, Path, Point, Settings, Shader, ShadowRays, Tables,
+    Bundle, Counts, FewRays, LightRows, Memo, Path, Point, Settings, Shader, ShadowRays, Tables,
 };
 use kiloray_core::trace::{Scalar, Tracer};
 use proptest::prelude::*;
@@ -106,12 +106,18 @@ fn cases() -> impl Strategy<Value = Case> {
                 seed,
             },
         );
-        (
-            (settings, material, any::<Option<[u32; 3]>>()),
-            (prop::collection::vec(lights(scale), 1..4), any::<bool>(), 0_u32..64),
-        )
-            .prop_map(move |((settings, material, normals), (lights, medium, sample))| {
-                Case { settings, material, normals, lights, medium, scale, sample }
+        // Few are looked at closely at once, of many the first ones together.
+        let count = prop_oneof![6 => 1_usize..4, 3 => 5_usize..20, 1 => 63_usize..67];
+        let lights = count.prop_flat_map(move |count| prop::collection::vec(lights(scale), count));
+        ((settings, material, any::<Option<[u32; 3]>>()), (lights, any::<bool>(), 0_u32..64))
+            .prop_map(move |((settings, material, normals), (lights, medium, sample))| Case {
+                settings,
+                material,
+                normals,
+                lights,
+                medium,
+                scale,
+                sample,
             })
     })
 }
@@ -130,7 +136,7 @@ impl Case {
         let (_, point) = shader.arrive(&path, &ray, Some(&hit));
         let point = point?;
         let (mut memo, mut counts) = (Memo::new(), Counts::default());
-        let mut direct = shader.direct(&point, &mut memo);
+        let mut direct = shader.direct(tracer, &point, &mut memo);
         let next = || shader.next_bundle(tracer, &point, &mut direct, &memo, &mut counts);
         Some((point, std::iter::from_fn(next).collect()))
     }
@@ -149,9 +155,12 @@ fn agree(case: &Case, tracer: Auto) -> Result<usize, TestCaseError> {
     let needs =
         Needs { bits: Needs::SPECULAR | Needs::GLOSSY | Needs::DISTANT, radiance_max: 10.0 };
     let tables = Tables { materials: &materials, lights: &case.lights, needs };
+    let rows = LightRows::new(&case.lights);
     let shader = Shader::new(tables, case.settings);
     let mut rays = 0;
-    let Some((point, bundles)) = case.bundles(tracer, &shader) else { return Ok(0) };
+    let Some((point, bundles)) = case.bundles(tracer, &shader.with_rows(&rows)) else {
+        return Ok(0);
+    };
     let single = case.bundles(Scalar, &shader);
     prop_assert_eq!(&single, &Some((point, bundles.clone())), "{}", tracer.name());
     for mut bundle in bundles {
@@ -212,8 +221,10 @@ fn few_agree(cases: &[Case], tracer: Auto) -> Result<usize, TestCaseError> {
         let needs =
             Needs { bits: Needs::SPECULAR | Needs::GLOSSY | Needs::DISTANT, radiance_max: 10.0 };
         let tables = Tables { materials: &materials, lights: &case.lights, needs };
+        let rows = LightRows::new(&case.lights);
         let shader = Shader::new(tables, case.settings);
-        let Some((point, bundles)) = case.bundles(tracer, &shader) else { continue };
+        let bundles = case.bundles(tracer, &shader.with_rows(&rows));
+        let Some((point, bundles)) = bundles else { continue };
         for mut bundle in bundles {
             if few.are_in_the_way_of(&bundle) {
                 check(&mut few, &mut rays, &mut expected)?;

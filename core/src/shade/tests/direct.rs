@@ -1,7 +1,7 @@
 //! Direct light of one lamp on a plane, against form factors (Howell's catalogue), in f64.
 
 use super::*;
-use crate::light::{Aim, Dark};
+use crate::light::{Aim, Dark, Look, Seen};
 use crate::trace::Scalar;
 use core::f64::consts::PI;
 use std::vec;
@@ -42,7 +42,7 @@ pub(super) fn first_bundle(scene: &Scene, seed: u64) -> (Point, Bundle) {
     let (_, point) = shader.arrive(&path, &ray, hit.as_ref());
     let point = point.unwrap();
     let mut memo = Memo::new();
-    let mut direct = shader.direct(&point, &mut memo);
+    let mut direct = shader.direct(Scalar, &point, &mut memo);
     let mut counts = Counts::default();
     let bundle = shader.next_bundle(Scalar, &point, &mut direct, &memo, &mut counts).unwrap();
     (point, bundle)
@@ -244,7 +244,11 @@ fn lights_far_away_are_worth_what_a_quick_look_says() {
         let at = Vec3::new(4.0 * c - 2.0, 4.0 * d - 2.0, 3.0 * a - 0.5) * scale;
         let lamp = Light { reach: 2.0 * scale, ..light(kind, at, u, v, 3.0) };
         let answers = [[true, false], [false, true], [true, true]][k as usize % 7 % 3];
-        let Some(quick) = Aim::far(&lamp, &surface, answers) else { continue };
+        let quick = match Look::new(&lamp, &surface, answers).seen() {
+            Seen::Near => continue,
+            Seen::Far(estimate) => Ok(estimate),
+            Seen::Dark(dark) => Err(dark),
+        };
         match (quick, Aim::new(&lamp, &surface, answers)) {
             (Ok(quick), Ok(_)) => {
                 let [solid_angle, projected] = size_of(&lamp).map(|exact| 3.0 * exact);
