@@ -40,25 +40,13 @@ pub(super) struct Flow<'a, L, S, P, Q> {
 
 impl<L: Lanes, S: BlockSource, P: Stops<S::Error>, Q: Query> Flow<'_, L, S, P, Q> {
     /// Traces a ray by itself.
-    #[cold]
-    #[inline(never)]
+    #[inline(always)]
     pub(super) fn alone(
         &mut self,
         cursor: &mut Cursor,
         ray: u16,
     ) -> Result<(), TraceError<S::Error>> {
-        let at = usize::from(ray);
-        let (Some(of), Some(query)) = (self.rays.get(at), self.queries.get_mut(at)) else {
-            return Ok(());
-        };
-        match Single::<false>::run(self.lanes, cursor, self.source, of, query) {
-            Err(TraceError::Source(error)) => {
-                self.stops.lacks(error).map_err(TraceError::Source)?;
-                self.stops.stop(ray, cursor.trail());
-                Ok(())
-            }
-            result => result,
-        }
+        self.lanes.apart(Alone { flow: self, cursor, ray })
     }
 
     /// Traces the rays of the list of the first level, which have these signs. `COHERENT`: they are those of some groups from `first` on, and go much the
@@ -71,6 +59,36 @@ impl<L: Lanes, S: BlockSource, P: Stops<S::Error>, Q: Query> Flow<'_, L, S, P, Q
         first: usize,
     ) -> Result<(), TraceError<S::Error>> {
         self.lanes.apart(Through::<COHERENT, _, _, GROUPS> { flow: self, stream, signs, first })
+    }
+}
+
+/// [`Flow::alone`].
+struct Alone<'a, F> {
+    flow: &'a mut F,
+    cursor: &'a mut Cursor,
+    ray: u16,
+}
+
+impl<L: Lanes, S: BlockSource, P: Stops<S::Error>, Q: Query> Part
+    for Alone<'_, Flow<'_, L, S, P, Q>>
+{
+    type Result = Result<(), TraceError<S::Error>>;
+
+    #[inline(always)]
+    fn run(self) -> Self::Result {
+        let Self { flow, cursor, ray } = self;
+        let at = usize::from(ray);
+        let (Some(of), Some(query)) = (flow.rays.get(at), flow.queries.get_mut(at)) else {
+            return Ok(());
+        };
+        match Single::<false>::run(flow.lanes, cursor, flow.source, of, query) {
+            Err(TraceError::Source(error)) => {
+                flow.stops.lacks(error).map_err(TraceError::Source)?;
+                flow.stops.stop(ray, cursor.trail());
+                Ok(())
+            }
+            result => result,
+        }
     }
 }
 
