@@ -31,7 +31,7 @@ pub struct Summary {
 }
 
 /// The bits of [`Needs`]: when it is set, and what is skipped when it is not.
-const PARTS: [(u32, &str, &str); 7] = [
+const PARTS: [(u32, &str, &str); 8] = [
     (Needs::SPECULAR, "specular rays", "specular rays"),
     (Needs::GLOSSY, "glossy lobes", "glossy lobes"),
     (Needs::DIELECTRIC, "refraction", "refraction and absorption"),
@@ -43,6 +43,7 @@ const PARTS: [(u32, &str, &str); 7] = [
     (Needs::SPHERES, "spheres", "spheres"),
     (Needs::NORMALS, "shading normals", "shading normals"),
     (Needs::DISTANT, "light from beyond", "light from beyond (rays that escape are black)"),
+    (Needs::MANY_LIGHTS, "a tree of lights", "a tree of lights (each is looked at)"),
 ];
 
 impl fmt::Display for Summary {

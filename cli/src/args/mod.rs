@@ -26,7 +26,7 @@ use serde::Serialize;
 pub(crate) use units::Part;
 use units::parse_part;
 
-/// Lights that a scene may have where nothing is said: as much as 4.75 MiB of tables.
+/// Lights that a scene may have where nothing is said: as much as 10.75 MiB of tables.
 const LIGHTS_MAX: u32 = 1 << 16;
 
 /// Ray tracing in kilobytes.

@@ -141,7 +141,7 @@ impl Shares {
 }
 
 /// What a scene can need, and what each of them spares a scene without it.
-pub(super) const NEEDS: [(u32, &str, &str); 7] = [
+pub(super) const NEEDS: [(u32, &str, &str); 8] = [
     (Needs::SPECULAR, "specular", "specular rays"),
     (Needs::TRANSPARENT, "transparent", "shadow rays that go on behind the first hit"),
     (Needs::SPHERES, "spheres", "tests of spheres"),
@@ -149,6 +149,7 @@ pub(super) const NEEDS: [(u32, &str, &str); 7] = [
     (Needs::GLOSSY, "glossy", "glossy lobes"),
     (Needs::DIELECTRIC, "dielectric", "refraction"),
     (Needs::DISTANT, "distant", "light from beyond the scene"),
+    (Needs::MANY_LIGHTS, "many_lights", "a tree of lights"),
 ];
 
 fn print(scene: &Scene) -> Outcome {
@@ -159,7 +160,7 @@ fn print(scene: &Scene) -> Outcome {
         let all: Vec<_> = NEEDS
             .iter()
             .filter(|(bit, ..)| has(*bit) == wanted)
-            .map(|&(_, need, spared)| if wanted { need } else { spared })
+            .map(|&(_, need, spared)| if wanted { need.replace('_', " ") } else { spared.into() })
             .collect();
         if all.is_empty() { "nothing".into() } else { all.join(", ") }
     };

@@ -6,6 +6,8 @@ use super::error::BlockError;
 use super::format::{BLOCK_BYTES_MAX, BLOCK_BYTES_MIN, FileHeader, MAGIC, Section, VERSION};
 use super::tables;
 use super::view::{BlockLimits, BlockView, Quad, checksum};
+#[cfg(feature = "many-lights")]
+use crate::scene::LightNode;
 use crate::scene::{Light, Material, Needs, View};
 
 /// A `.kilo` file in memory: mapped, or in flash.
@@ -18,6 +20,8 @@ pub struct KiloView<'a> {
     materials: &'a [Material],
     lights: &'a [Light],
     views: &'a [View],
+    #[cfg(feature = "many-lights")]
+    light_tree: &'a [LightNode],
     needs: &'a Needs,
     blocks: &'a [Quad],
     block_quads: usize,
@@ -89,6 +93,9 @@ pub enum Table {
     Lights,
     /// Views.
     Views,
+    /// The tree of the lights.
+    #[cfg(feature = "many-lights")]
+    LightTree,
     /// What the scene needs.
     Needs,
 }
@@ -135,14 +142,25 @@ impl<'a> KiloView<'a> {
         let materials = section(bytes, header.materials, &mut end)?;
         let lights = section(bytes, header.lights, &mut end)?;
         let views = section(bytes, header.views, &mut end)?;
+        #[cfg(feature = "many-lights")]
+        let light_tree = match header.light_tree {
+            Section { at: 0, len: 0 } => &[],
+            there => section(bytes, there, &mut end)?,
+        };
         let needs = section(bytes, header.needs, &mut end)?;
         if bytes.get(12..end).map(checksum) != Some(header.crc) {
             return Err(FileError::Checksum);
         }
         tables::check(materials, lights, views, needs)?;
+        #[cfg(feature = "many-lights")]
+        tables::check_tree(light_tree, lights.len())?;
         let [needs] = needs else { return Err(FileError::Header) };
         // There is a root, even of nothing.
         if header.blocks == 0 || !tables::header_is_sound(header) {
+            return Err(FileError::Header);
+        }
+        #[cfg(feature = "many-lights")]
+        if light_tree.is_empty() == needs.any(Needs::MANY_LIGHTS) {
             return Err(FileError::Header);
         }
         let left_out = needs.bits & Needs::LEFT_OUT;
@@ -151,10 +169,19 @@ impl<'a> KiloView<'a> {
         }
         let block_quads = header.block_bytes as usize / size_of::<Quad>();
         let block_shift = block_quads.trailing_zeros() & 31;
-        Ok((
-            Self { header, materials, lights, views, needs, blocks: &[], block_quads, block_shift },
-            end,
-        ))
+        let file = Self {
+            header,
+            materials,
+            lights,
+            views,
+            #[cfg(feature = "many-lights")]
+            light_tree,
+            needs,
+            blocks: &[],
+            block_quads,
+            block_shift,
+        };
+        Ok((file, end))
     }
 
     /// The first bytes.
@@ -173,6 +200,13 @@ impl<'a> KiloView<'a> {
     #[must_use]
     pub fn lights(&self) -> &'a [Light] {
         self.lights
+    }
+
+    /// The tree of the lights; empty if they are few enough to look at each.
+    #[cfg(feature = "many-lights")]
+    #[must_use]
+    pub fn light_tree(&self) -> &'a [LightNode] {
+        self.light_tree
     }
 
     /// The views; the first is the default.
@@ -345,6 +379,8 @@ impl fmt::Display for FileError {
                     Table::Materials => "material",
                     Table::Lights => "light",
                     Table::Views => "view",
+                    #[cfg(feature = "many-lights")]
+                    Table::LightTree => "light tree's node",
                     Table::Needs => "needs",
                 };
                 write!(f, "{name} {entry} has an unknown kind, index or number")
@@ -355,6 +391,7 @@ impl fmt::Display for FileError {
                     (Needs::SPECULAR | Needs::GLOSSY | Needs::DIELECTRIC, " `specular`"),
                     (Needs::TRANSPARENT, " `transparent`"),
                     (Needs::SPHERES, " `sphere`"),
+                    (Needs::MANY_LIGHTS, " `many-lights`"),
                 ];
                 let mut needed = names.into_iter().filter(|(bits, _)| needs & bits != 0);
                 needed.try_for_each(|(_, name)| f.write_str(name))

@@ -56,7 +56,7 @@
 //! # The file
 //!
 //! [`FileHeader`], then the sections it names, each beginning at a multiple of 64 and apart from the blocks
-//! in the order of the header; the blocks come last and begin at a multiple of the
+//! in the order of the header, but for the tree of the lights, which lies behind the views if there is one; the blocks come last and begin at a multiple of the
 //! block size (at most 4096). What lies between the last section and the first block is zero, and the file ends with
 //! the last block: a changed byte is found anywhere, by a checksum or as a byte that is not zero.
 
@@ -272,8 +272,10 @@ pub struct FileHeader {
     pub lo: [f32; 3],
     /// Upper corner.
     pub hi: [f32; 3],
+    /// The tree of the lights, between views and needs ([`crate::scene::LightNode`]); zeros if they have none.
+    pub light_tree: Section,
     /// Zero.
-    pub _zero: [u32; 4],
+    pub _zero: [u32; 2],
 }
 
 /// A table of the file.

@@ -2,6 +2,8 @@
 
 use super::file::{FileError, Table};
 use super::format::FileHeader;
+#[cfg(feature = "many-lights")]
+use crate::scene::LightNode;
 use crate::scene::{Light, LightKind, Material, MaterialKind, Needs, View, ViewKind};
 
 /// Checks every entry of the four tables.
@@ -22,7 +24,7 @@ pub(super) fn check(
 const EXPONENT_MAX: u32 = 1020;
 
 pub(super) fn header_is_sound(header: &FileHeader) -> bool {
-    header._zero == [0; 4]
+    header._zero == [0; 2]
         && finite(&header.lo)
         && finite(&header.hi)
         && header.frame.center.iter().all(|c| c.is_finite())
@@ -52,6 +54,37 @@ fn light(l: &Light, materials: usize) -> bool {
         && [l.position, l.u, l.v, l.cone].iter().all(finite)
         && not_negative(&l.radiance)
         && l.cone_cos.is_finite()
+}
+
+/// Checks a tree of so many lights: that each node ends where its second child does, and that there are as many leaves as lights.
+#[cfg(feature = "many-lights")]
+pub(super) fn check_tree(nodes: &[LightNode], lights: usize) -> Result<(), FileError> {
+    if nodes.is_empty() {
+        return Ok(());
+    }
+    let end = |index: u32| nodes.get(index as usize).map(|node| node.end(index));
+    let mut leaves = 0_usize;
+    for (index, node) in (0_u32..).zip(nodes) {
+        let is_in_place = if let Some(light) = node.light() {
+            leaves = leaves.saturating_add(1);
+            (light as usize) < lights
+        } else {
+            let second = end(index.saturating_add(1)).filter(|&second| second < node.next);
+            second.and_then(end) == Some(node.next)
+        };
+        let numbers = [node.radius, node.power, node.reach, node.mean_cos];
+        let is_sound = is_in_place
+            && finite(&node.center)
+            && finite(&node.axis)
+            && numbers.iter().all(|&x| x >= 0.0)
+            && node.power.is_finite()
+            && (-1.0..=1.0).contains(&node.cone_cos);
+        if !is_sound {
+            return Err(FileError::Table { table: Table::LightTree, entry: index });
+        }
+    }
+    let entry = nodes.len() as u32;
+    if leaves == lights { Ok(()) } else { Err(FileError::Table { table: Table::LightTree, entry }) }
 }
 
 fn view(v: &View) -> bool {

@@ -16,6 +16,8 @@
 //! All maps are continuous in both numbers, so that they keep the evenness of a low-discrepancy sequence.
 
 mod aim;
+#[cfg(feature = "many-lights")]
+mod cluster;
 mod distant;
 mod ellipse;
 mod far;

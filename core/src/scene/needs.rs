@@ -26,6 +26,8 @@ impl Needs {
     pub const DIELECTRIC: u32 = 32;
     /// Light comes from beyond the scene: rays that escape see it.
     pub const DISTANT: u32 = 64;
+    /// There are so many lights that they have a tree.
+    pub const MANY_LIGHTS: u32 = 128;
 
     /// Bits of what this build leaves out, by its features.
     pub const LEFT_OUT: u32 = {
@@ -38,6 +40,9 @@ impl Needs {
         }
         if !cfg!(feature = "sphere") {
             bits |= Self::SPHERES;
+        }
+        if !cfg!(feature = "many-lights") {
+            bits |= Self::MANY_LIGHTS;
         }
         bits
     };

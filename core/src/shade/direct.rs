@@ -22,16 +22,20 @@ use glam::Vec3;
 /// It is a small state, to be carried on or made again at will.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Direct {
-    next: u32,
-    answers: [bool; 2],
+    /// The next light of the table, or node of the tree.
+    pub(super) next: u32,
+    pub(super) answers: [bool; 2],
     /// The sum of all estimates.
-    total: f32,
+    pub(super) total: f32,
     /// Between teeth.
-    spacing: f32,
+    pub(super) spacing: f32,
     /// The place of the next tooth on the line.
-    tooth: f32,
+    pub(super) tooth: f32,
     /// The place on the line.
-    at: f32,
+    pub(super) at: f32,
+    /// Lights below the next node of the tree that have been asked.
+    #[cfg(feature = "many-lights")]
+    pub(super) asked: u32,
 }
 
 /// The shadow rays from one point to one light.
@@ -55,11 +59,11 @@ pub struct Bundle {
 const FEW: usize = 4;
 
 /// A light that is asked.
-struct Asked {
+pub(super) struct Asked {
     /// With which probability it was chosen.
-    probability: f32,
+    pub(super) probability: f32,
     /// Its part of all estimates.
-    part: f32,
+    pub(super) part: f32,
 }
 
 impl Shader<'_> {
@@ -70,29 +74,11 @@ impl Shader<'_> {
         let lights = self.tables.lights;
         let answers = point.bsdf.answers();
         let key = point.path.key;
-        let mut direct = Direct { next: 0, answers, total: 0.0, spacing: 0.0, tooth: 0.0, at: 0.0 };
+        let mut direct = Direct::new(answers);
         if answers == [false; 2] {
             direct.next = u32::MAX;
         } else if lights.len() > 1 {
-            if self.are_many() {
-                memo.of(key);
-                #[cfg(feature = "bundles")]
-                if let Some(rows) = self.rows {
-                    rows.look(tracer, &point.surface, answers, memo);
-                }
-                #[cfg(not(feature = "bundles"))]
-                let _ = tracer;
-            }
-            let known = memo.looks(key);
-            for (index, light) in lights.iter().enumerate() {
-                direct.total += match self.seen((index, light), point, answers, known) {
-                    Seen::Far(estimate) => estimate,
-                    Seen::Dark(_) => 0.0,
-                    Seen::Near => {
-                        Aim::new(light, &point.surface, answers).map_or(0.0, |aim| aim.estimate)
-                    }
-                };
-            }
+            direct.total = self.length(tracer, point, answers, memo);
             let most = f32::from(self.settings.lights).max(1.0);
             let teeth = (most * point.path.importance()).max(1.0).min(most);
             direct.spacing = direct.total / teeth;
@@ -100,6 +86,43 @@ impl Shader<'_> {
             direct.tooth = offset * direct.spacing;
         }
         direct
+    }
+
+    /// The length of the line: the sum of all estimates.
+    #[cfg_attr(feature = "bundles", inline(always))]
+    fn length<T: Tracer>(
+        &self,
+        tracer: T,
+        point: &Point,
+        answers: [bool; 2],
+        memo: &mut Memo,
+    ) -> f32 {
+        #[cfg(feature = "many-lights")]
+        if !self.tables.tree.is_empty() {
+            return self.length_of_tree(point, answers);
+        }
+        let key = point.path.key;
+        if self.are_many() {
+            memo.of(key);
+            #[cfg(feature = "bundles")]
+            if let Some(rows) = self.rows {
+                rows.look(tracer, &point.surface, answers, memo);
+            }
+            #[cfg(not(feature = "bundles"))]
+            let _ = tracer;
+        }
+        let known = memo.looks(key);
+        let mut length = 0.0;
+        for (index, light) in self.tables.lights.iter().enumerate() {
+            length += match self.seen((index, light), point, answers, known) {
+                Seen::Far(estimate) => estimate,
+                Seen::Dark(_) => 0.0,
+                Seen::Near => {
+                    Aim::new(light, &point.surface, answers).map_or(0.0, |aim| aim.estimate)
+                }
+            };
+        }
+        length
     }
 
     /// The next bundle of a point's light sampling.
@@ -113,6 +136,10 @@ impl Shader<'_> {
         memo: &Memo,
         counts: &mut Counts,
     ) -> Option<Bundle> {
+        #[cfg(feature = "many-lights")]
+        if !self.tables.tree.is_empty() {
+            return self.next_of_tree(tracer, point, direct, counts);
+        }
         let (answers, known) = (direct.answers, memo.looks(point.path.key));
         while let Some(light) = self.tables.lights.get(direct.next as usize) {
             let index = direct.next;
@@ -128,14 +155,14 @@ impl Shader<'_> {
                     }
                 }
                 Seen::Dark(dark) => {
-                    leave_out(dark, counts);
+                    leave_out(dark, 1, counts);
                     continue;
                 }
             }
             let aim = match Aim::new(light, &point.surface, answers) {
                 Ok(aim) => aim,
                 Err(dark) => {
-                    leave_out(dark, counts);
+                    leave_out(dark, 1, counts);
                     continue;
                 }
             };
@@ -174,7 +201,7 @@ impl Shader<'_> {
     }
 
     #[cfg_attr(feature = "bundles", inline(always))]
-    fn bundle<T: Tracer>(
+    pub(super) fn bundle<T: Tracer>(
         &self,
         tracer: T,
         point: &Point,
@@ -205,13 +232,13 @@ impl Shader<'_> {
     }
 }
 
-/// Counts a light that cannot light the point.
+/// Counts lights that cannot light the point.
 #[inline(always)]
-fn leave_out(dark: Dark, counts: &mut Counts) {
+pub(super) fn leave_out(dark: Dark, count: u32, counts: &mut Counts) {
     match dark {
-        Dark::Below => counts.lights_below += 1,
-        Dark::FacesAway => counts.lights_facing_away += 1,
-        Dark::OutOfReach => counts.lights_out_of_reach += 1,
+        Dark::Below => counts.lights_below += u64::from(count),
+        Dark::FacesAway => counts.lights_facing_away += u64::from(count),
+        Dark::OutOfReach => counts.lights_out_of_reach += u64::from(count),
         Dark::Void => {}
     }
 }
@@ -253,37 +280,66 @@ impl Bundle {
 }
 
 impl Direct {
+    const fn new(answers: [bool; 2]) -> Self {
+        Self {
+            next: 0,
+            answers,
+            total: 0.0,
+            spacing: 0.0,
+            tooth: 0.0,
+            at: 0.0,
+            #[cfg(feature = "many-lights")]
+            asked: 0,
+        }
+    }
+
     /// As plain data.
     #[must_use]
     pub fn pack(&self) -> [u32; 6] {
         let [front, back] = self.answers.map(u32::from);
         let [total, spacing, tooth, at] =
             [self.total, self.spacing, self.tooth, self.at].map(f32::to_bits);
-        [self.next, front | back << 1, total, spacing, tooth, at]
+        #[cfg(feature = "many-lights")]
+        let asked = self.asked << 2;
+        #[cfg(not(feature = "many-lights"))]
+        let asked = 0;
+        [self.next, front | back << 1 | asked, total, spacing, tooth, at]
     }
 
     /// What was packed.
     #[must_use]
     pub fn unpack([next, answers, total, spacing, tooth, at]: [u32; 6]) -> Self {
         let [total, spacing, tooth, at] = [total, spacing, tooth, at].map(f32::from_bits);
-        Self { next, answers: [answers & 1 != 0, answers & 2 != 0], total, spacing, tooth, at }
+        Self {
+            next,
+            answers: [answers & 1 != 0, answers & 2 != 0],
+            total,
+            spacing,
+            tooth,
+            at,
+            #[cfg(feature = "many-lights")]
+            asked: answers >> 2,
+        }
     }
 
     /// Lays the next estimate on the line, and says if a tooth falls on it. The only light there is has no line, and is always asked.
     #[cfg_attr(feature = "bundles", inline(always))]
     fn draw(&mut self, estimate: f32) -> Option<Asked> {
         self.at += estimate;
-        let beyond = self.at - self.tooth;
-        let (is_long, has_tooth) = (estimate >= self.spacing, beyond > 0.0);
+        let (is_long, has_tooth) = (estimate >= self.spacing, self.at > self.tooth);
         if !is_long && !has_tooth {
             return None;
         }
         if has_tooth {
-            // To the first that is not passed. (No spacing, no steps: the number of steps is finite.)
-            self.tooth += (1.0 + (beyond / self.spacing) as u32 as f32) * self.spacing;
+            self.pass(self.at);
         }
         let probability = if is_long { 1.0 } else { estimate / self.spacing };
         let part = if self.total > 0.0 { (estimate / self.total).min(1.0) } else { 1.0 };
         Some(Asked { probability, part })
+    }
+    /// Goes on to the first tooth that is not before a place, one at least. (With no spacing it stays: the number of steps is finite.)
+    #[cfg_attr(feature = "bundles", inline(always))]
+    pub(super) fn pass(&mut self, place: f32) {
+        self.tooth += (1.0 + ((place - self.tooth) / self.spacing) as u32 as f32) * self.spacing;
     }
 }

@@ -41,6 +41,8 @@ mod sum;
 #[cfg(test)]
 mod tests;
 mod trace;
+#[cfg(feature = "many-lights")]
+mod tree;
 
 #[cfg(feature = "specular")]
 pub use children::Child;

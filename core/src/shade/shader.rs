@@ -8,6 +8,8 @@ use crate::geometry::{Hit, Ray};
 use crate::light::Aim;
 use crate::material::{Bsdf, Surface};
 use crate::real::{Part, Real, Vector};
+#[cfg(feature = "many-lights")]
+use crate::scene::LightNode;
 use crate::scene::{Light, LightKind, Material, MaterialKind, Needs};
 use crate::store::{Arena, ArenaFull};
 use core::f32::consts::LOG2_E;
@@ -20,6 +22,9 @@ pub struct Tables<'a> {
     pub materials: &'a [Material],
     /// Lights.
     pub lights: &'a [Light],
+    /// Their tree, if they are very many.
+    #[cfg(feature = "many-lights")]
+    pub tree: &'a [LightNode],
     /// What the scene needs.
     pub needs: Needs,
 }
@@ -28,14 +33,32 @@ impl<'a> Tables<'a> {
     /// The tables of a file.
     #[must_use]
     pub fn of(file: &KiloView<'a>) -> Self {
-        Self { materials: file.materials(), lights: file.lights(), needs: *file.needs() }
+        let tables = Self::new(file.materials(), file.lights(), *file.needs());
+        #[cfg(feature = "many-lights")]
+        let tables = Self { tree: file.light_tree(), ..tables };
+        tables
+    }
+
+    /// Tables of lights without a tree.
+    #[must_use]
+    pub const fn new(materials: &'a [Material], lights: &'a [Light], needs: Needs) -> Self {
+        Self {
+            materials,
+            lights,
+            #[cfg(feature = "many-lights")]
+            tree: &[],
+            needs,
+        }
     }
 
     /// What [`copied`](Self::copied) takes of an arena \[bytes\].
     #[must_use]
     pub fn arena_bytes(&self) -> usize {
         let materials = Arena::bytes_of::<Material>(self.materials.len());
-        materials.saturating_add(Arena::bytes_of::<Light>(self.lights.len()))
+        let bytes = materials.saturating_add(Arena::bytes_of::<Light>(self.lights.len()));
+        #[cfg(feature = "many-lights")]
+        let bytes = bytes.saturating_add(Arena::bytes_of::<LightNode>(self.tree.len()));
+        bytes
     }
 
     /// The same tables in the arena, as on a machine that has no other memory.
@@ -47,7 +70,14 @@ impl<'a> Tables<'a> {
         materials.iter_mut().zip(self.materials).for_each(|(to, from)| *to = *from);
         let lights: &'m mut [Light] = arena.carve(self.lights.len())?;
         lights.iter_mut().zip(self.lights).for_each(|(to, from)| *to = *from);
-        Ok(Tables { materials, lights, needs: self.needs })
+        let tables = Tables::new(materials, lights, self.needs);
+        #[cfg(feature = "many-lights")]
+        let tables = {
+            let tree: &'m mut [LightNode] = arena.carve(self.tree.len())?;
+            tree.iter_mut().zip(self.tree).for_each(|(to, from)| *to = *from);
+            Tables { tree, ..tables }
+        };
+        Ok(tables)
     }
 }
 
@@ -152,6 +182,15 @@ impl<'a> Shader<'a> {
     /// The part of a surface's own light that this ray brings.
     fn emitted(&self, path: &Path, ray: &Ray, surface: &Surface, material: &Material) -> Vec3 {
         let emission = Vec3::from(material.emission);
+        // Which of very many lights it is makes no difference, without a cone: all of a material have one, or none.
+        #[cfg(feature = "many-lights")]
+        if path.density == f32::INFINITY {
+            let first = (material.light as usize).checked_sub(1);
+            let first = first.and_then(|first| self.tables.lights.get(first));
+            if first.is_none_or(|light| light.cone_cos <= -1.0) {
+                return emission;
+            }
+        }
         let Some(light) = self.light_at(surface, material) else { return emission };
         if light.cone_cos > -1.0 && surface.outgoing.dot(light.cone.into()) < light.cone_cos {
             return Vec3::ZERO;

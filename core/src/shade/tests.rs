@@ -14,6 +14,8 @@ mod direct;
 mod furnace;
 #[cfg(feature = "specular")]
 mod specular;
+#[cfg(feature = "many-lights")]
+mod tree;
 #[cfg(feature = "specular")]
 mod twice;
 mod unshadowed;
@@ -91,7 +93,7 @@ impl Scene {
     fn shader(&self) -> Shader<'_> {
         let brightest = self.lights.iter().flat_map(|l| l.radiance).fold(1.0, f32::max);
         let needs = Needs { bits: u32::MAX, radiance_max: brightest };
-        let tables = Tables { materials: &self.materials, lights: &self.lights, needs };
+        let tables = Tables::new(&self.materials, &self.lights, needs);
         Shader::new(tables, self.settings)
     }
 

@@ -7,6 +7,7 @@
 //! | `frame` | moves the scene's centre to the origin and scales it into [-1, 1]³ |
 //! | `lights` | lights that light nothing are left out; each gets a material of its own |
 //! | `tables` | materials, lights and views in scene units; what is not used is left out |
+//! | `light_tree` | a tree of very many lights |
 //! | `surfaces` | rounds vertices to f32, merges equal ones, boxes the primitives |
 //! | `binary`, `split` | the primitives in halves and halves again, by planes chosen with the surface-area heuristic |
 //! | `build` | the tree: nodes of eight children, made of the halves at the least cost |
@@ -28,6 +29,7 @@ mod emit;
 mod fit;
 mod frame;
 mod layout;
+mod light_tree;
 mod lights;
 mod options;
 mod order;

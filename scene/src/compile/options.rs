@@ -5,7 +5,7 @@ use kiloray_core::block::format::{BLOCK_BYTES_MAX, BLOCK_BYTES_MIN};
 pub struct Options {
     /// Size of a block: a power of two from 1 to 64 KiB.
     pub block_bytes: usize,
-    /// Lights in the table at most: each costs every node 76 bytes, and every shaded point a look at it.
+    /// Lights in the table at most: each costs every node 76 bytes, and 96 for its part of their tree where they are more than 64.
     pub lights_max: usize,
 }
 
@@ -18,7 +18,7 @@ impl Options {
 }
 
 impl Default for Options {
-    /// Blocks of 16 KiB, and 65,536 lights (4.75 MiB).
+    /// Blocks of 16 KiB, and 65,536 lights (10.75 MiB with their tree).
     fn default() -> Self {
         Self { block_bytes: 16 << 10, lights_max: 1 << 16 }
     }

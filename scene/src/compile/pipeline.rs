@@ -2,6 +2,7 @@ use std::time::Instant;
 
 use kiloray_core::block::format::FileHeader;
 use kiloray_core::block::format::{MAGIC, VERSION};
+use kiloray_core::scene::Needs;
 
 use super::bounds::Bounds;
 use super::build::build;
@@ -11,6 +12,7 @@ use super::emit::emit;
 use super::fit::{fit, leaf_max};
 use super::frame::Placement;
 use super::layout::Source;
+use super::light_tree::light_tree;
 use super::lights::{split_materials, useful};
 use super::options::{CompileError, Options, Progress, Stage};
 use super::order::order;
@@ -72,7 +74,11 @@ pub fn compile(
     let (lo, hi) = all.ends();
     let lights = materials.lights(&lights, place);
     let views: Vec<_> = model.views.iter().filter_map(|v| view(v, place)).collect();
-    let needs = needs(&materials.table, &lights, &surfaces, (lo, hi));
+    let light_tree = light_tree(&lights);
+    let mut needs = needs(&materials.table, &lights, &surfaces, (lo, hi));
+    if !light_tree.is_empty() {
+        needs.bits |= Needs::MANY_LIGHTS;
+    }
     let header = FileHeader {
         magic: MAGIC,
         version: VERSION,
@@ -84,7 +90,13 @@ pub fn compile(
         hi,
         ..bytemuck::Zeroable::zeroed()
     };
-    let tables = Tables { materials: &materials.table, lights: &lights, views: &views, needs };
+    let tables = Tables {
+        materials: &materials.table,
+        lights: &lights,
+        views: &views,
+        light_tree: &light_tree,
+        needs,
+    };
     let mut image = Image::new(header, tables);
     let totals = emit(source, &parents, &blocks, image.blocks_mut());
     let number = header.blocks.into();

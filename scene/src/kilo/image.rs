@@ -1,7 +1,7 @@
 use bytemuck::{Pod, Zeroable, bytes_of, cast_slice, cast_slice_mut};
 use kiloray_core::block::checksum;
 use kiloray_core::block::format::{FileHeader, Section};
-use kiloray_core::scene::{Light, Material, Needs, View};
+use kiloray_core::scene::{Light, LightNode, Material, Needs, View};
 
 /// A file in memory, at a multiple of 64.
 #[derive(Debug, Clone)]
@@ -25,6 +25,8 @@ pub struct Tables<'a> {
     pub lights: &'a [Light],
     /// Views.
     pub views: &'a [View],
+    /// The tree of the lights, or nothing.
+    pub light_tree: &'a [LightNode],
     /// What the scene needs.
     pub needs: Needs,
 }
@@ -38,17 +40,23 @@ impl Image {
             cast_slice(tables.materials),
             cast_slice(tables.lights),
             cast_slice(tables.views),
+            cast_slice(tables.light_tree),
             bytes_of(&tables.needs),
         ];
-        let lens = [tables.materials.len(), tables.lights.len(), tables.views.len(), 1];
-        let mut sections = [Section { at: 0, len: 0 }; 4];
+        let Tables { materials, lights, views, light_tree, .. } = tables;
+        let lens = [materials.len(), lights.len(), views.len(), light_tree.len(), 1];
+        let mut sections = [Section { at: 0, len: 0 }; 5];
         let mut end = size_of::<FileHeader>();
         for ((section, part), len) in sections.iter_mut().zip(parts).zip(lens) {
             let at = end.next_multiple_of(64);
             *section = Section { at: at as u32, len: len as u32 };
             end = at + part.len();
         }
-        [header.materials, header.lights, header.views, header.needs] = sections;
+        let [materials, lights, views, tree, needs] = sections;
+        [header.materials, header.lights, header.views, header.needs] =
+            [materials, lights, views, needs];
+        // A tree of nothing is nowhere.
+        header.light_tree = if tree.len > 0 { tree } else { Section { at: 0, len: 0 } };
         let block_bytes = header.block_bytes as usize;
         let blocks_at = end.next_multiple_of(block_bytes.clamp(64, 4096));
         let len = blocks_at + block_bytes * header.blocks as usize;

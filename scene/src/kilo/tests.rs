@@ -207,14 +207,17 @@ fn a_file_without_blocks_is_refused_by_every_reader() {
     let whole = compiled();
     let header = FileHeader { blocks: 0, ..*whole.header() };
     let needs = *KiloView::parse(whole.bytes()).unwrap().needs();
-    let tables = Tables { materials: &[], lights: &[], views: &[], needs };
+    let tables = Tables { materials: &[], lights: &[], views: &[], light_tree: &[], needs };
     let image = Image::new(header, tables);
     assert_eq!(KiloView::parse(image.bytes()).err(), Some(FileError::Header));
     assert_eq!(KiloView::parse_head(image.bytes()).err(), Some(FileError::Header));
     for exponent in [1021, -1021, i32::MIN, i32::MAX] {
         let mut header = *whole.header();
         header.frame.exponent = exponent;
-        let image = Image::new(header, Tables { materials: &[], lights: &[], views: &[], needs });
+        let image = Image::new(
+            header,
+            Tables { materials: &[], lights: &[], views: &[], light_tree: &[], needs },
+        );
         assert_eq!(KiloView::parse(image.bytes()).err(), Some(FileError::Header), "{exponent}");
     }
     let directory = Directory::new("rootless");

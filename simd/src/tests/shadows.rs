@@ -154,7 +154,7 @@ fn agree(case: &Case, tracer: Auto) -> Result<usize, TestCaseError> {
     let materials = [case.material, medium];
     let needs =
         Needs { bits: Needs::SPECULAR | Needs::GLOSSY | Needs::DISTANT, radiance_max: 10.0 };
-    let tables = Tables { materials: &materials, lights: &case.lights, needs };
+    let tables = Tables::new(&materials, &case.lights, needs);
     let rows = LightRows::new(&case.lights);
     let shader = Shader::new(tables, case.settings);
     let mut rays = 0;
@@ -220,7 +220,7 @@ fn few_agree(cases: &[Case], tracer: Auto) -> Result<usize, TestCaseError> {
         let materials = [case.material, medium];
         let needs =
             Needs { bits: Needs::SPECULAR | Needs::GLOSSY | Needs::DISTANT, radiance_max: 10.0 };
-        let tables = Tables { materials: &materials, lights: &case.lights, needs };
+        let tables = Tables::new(&materials, &case.lights, needs);
         let rows = LightRows::new(&case.lights);
         let shader = Shader::new(tables, case.settings);
         let bundles = case.bundles(tracer, &shader.with_rows(&rows));

@@ -27,11 +27,10 @@ impl Visibility for Unknown {
 }
 
 entry!({
-    let tables = Tables {
-        materials: black_box(&[]),
-        lights: black_box(&[]),
-        needs: Needs { bits: any(), radiance_max: any() },
-    };
+    let needs = Needs { bits: any(), radiance_max: any() };
+    let tables = Tables::new(black_box(&[]), black_box(&[]), needs);
+    #[cfg(feature = "many-lights")]
+    let tables = Tables { tree: black_box(&[]), ..tables };
     let settings = any_shading();
     let shader = Shader::new(tables, settings);
     let path = Path::camera(PathKey::camera(any(), any(), any()));
