@@ -7,11 +7,14 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Mutex, PoisonError};
 
 use fastrand::Rng;
+use glam::DVec3;
 use kiloray_core::network::{NodeId, Topology};
 use kiloray_core::node::{
     Dealing, Placement, PointHome, Prefetch, Schedule, ShadowPolicy, TaskOrder,
 };
+use kiloray_core::scene::LightKind;
 use kiloray_scene::kilo::KiloFile;
+use kiloray_scene::model::{Light, Model};
 use kiloray_scene::{builtin, compile};
 use kiloray_sim::{
     Control, Crash, Faults, Link, MeshOptions, Options, Profile, Rate, Slow, Switching, plan,
@@ -22,7 +25,7 @@ use crate::pool;
 use crate::reference::{bits, one_thread};
 
 /// Scenes that are drawn from.
-const SCENES: [&str; 4] = ["cornell", "glass", "colour-cube:4", "sinc:12"];
+const SCENES: [&str; 5] = ["cornell", "glass", "colour-cube:4", "sinc:12", "lamps"];
 /// Sizes of blocks \[bytes\].
 const BLOCKS: [usize; 2] = [1 << 10, 4 << 10];
 /// Longer than any of these runs takes, all time limits of slow machines included, virtual time \[ns\]. Of 60,000 the longest that loses one packet in
@@ -43,16 +46,46 @@ impl Scenes {
     pub fn new() -> Result<Self, String> {
         let mut scenes = Vec::new();
         for name in SCENES {
-            let model = builtin::build(name).map_err(|e| e.to_string())?;
+            let model = match name {
+                "lamps" => under_many_lamps(builtin::build("cornell")),
+                _ => builtin::build(name),
+            };
+            let model = model.map_err(|e| e.to_string())?;
             for block_bytes in BLOCKS {
                 let compiled =
                     compile::compile(&model, &compile::Options::blocks_of(block_bytes), &mut ());
                 let compiled = compiled.map_err(|e| e.to_string())?;
+                debug_assert!(name != "lamps" || compiled.summary.lights > 64);
                 scenes.push((name, block_bytes, KiloFile::from_compiled(compiled)));
             }
         }
         Ok(Self(scenes))
     }
+}
+
+/// A scene in which 120 small lamps hang all over, facing anywhere: so many have a tree.
+fn under_many_lamps<E>(model: Result<Model, E>) -> Result<Model, E> {
+    let mut model = model?;
+    let mut random = Rng::with_seed(8);
+    let (lo, hi) = model
+        .vertices
+        .iter()
+        .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(lo, hi), v| (lo.min(*v), hi.max(*v)));
+    let mut within = || DVec3::from_array([0; 3].map(|_| random.f64()));
+    for k in 0..120 {
+        let [u, v] = [within(), within()].map(|v| (v - 0.5) * (hi - lo) * 0.04);
+        model.lights.push(Light {
+            kind: if k % 3 == 0 { LightKind::Triangle } else { LightKind::Parallelogram },
+            material: None,
+            reach: f64::INFINITY,
+            position: lo + (hi - lo) * within(),
+            u,
+            v,
+            radiance: DVec3::splat(100.0),
+            cone: None,
+        });
+    }
+    Ok(model)
 }
 
 /// How a run ended as it should.
