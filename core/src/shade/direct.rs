@@ -19,6 +19,8 @@ use glam::Vec3;
 /// [`Settings::lights`](super::Settings::lights)` × importance of the path` teeth: so a point asks at most about that many small lights, however many
 /// there are.
 ///
+/// Very many lights have a tree, and the line is one of its nodes ([`Tables::tree`](super::Tables)).
+///
 /// It is a small state, to be carried on or made again at will.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Direct {
