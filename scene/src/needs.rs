@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 
 use glam::Vec3;
 use kiloray_core::material::{ROUGHNESS_MIN, passes_shadow_rays};
-use kiloray_core::scene::{Light, LightKind, Material, MaterialKind, Needs};
+use kiloray_core::scene::{Light, LightKind, LightNode, Material, MaterialKind, Needs};
 
 use crate::compile::{Dark, Surfaces};
 
@@ -80,12 +80,16 @@ impl fmt::Display for Summary {
 pub(crate) fn needs(
     materials: &[Material],
     lights: &[Light],
+    light_tree: &[LightNode],
     surfaces: &Surfaces,
     bounds: ([f32; 3], [f32; 3]),
 ) -> Needs {
     let mut bits = materials.iter().map(of_material).fold(0, |all, bits| all | bits);
     if lights.iter().any(|light| light.kind == LightKind::Distant as u32) {
         bits |= Needs::DISTANT;
+    }
+    if !light_tree.is_empty() {
+        bits |= Needs::MANY_LIGHTS;
     }
     if surfaces.spheres > 0 {
         bits |= Needs::SPHERES;

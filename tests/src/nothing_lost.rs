@@ -47,7 +47,7 @@ impl Scenes {
         let mut scenes = Vec::new();
         for name in SCENES {
             let model = match name {
-                "lamps" => under_many_lamps(builtin::build("cornell")),
+                "lamps" => builtin::build("cornell").map(under_many_lamps),
                 _ => builtin::build(name),
             };
             let model = model.map_err(|e| e.to_string())?;
@@ -64,8 +64,7 @@ impl Scenes {
 }
 
 /// A scene in which 120 small lamps hang all over, facing anywhere: so many have a tree.
-fn under_many_lamps<E>(model: Result<Model, E>) -> Result<Model, E> {
-    let mut model = model?;
+fn under_many_lamps(mut model: Model) -> Model {
     let mut random = Rng::with_seed(8);
     let (lo, hi) = model
         .vertices
@@ -85,7 +84,7 @@ fn under_many_lamps<E>(model: Result<Model, E>) -> Result<Model, E> {
             cone: None,
         });
     }
-    Ok(model)
+    model
 }
 
 /// How a run ended as it should.

@@ -19,10 +19,10 @@ pub(super) fn check(
     all(Table::Needs, needs, |n| n.radiance_max >= 0.0 && n.radiance_max.is_finite())
 }
 
-/// The numbers of the header that are no sizes or offsets.
 /// Units of frames are powers of two that f64 holds, and one over them too.
 const EXPONENT_MAX: u32 = 1020;
 
+/// The numbers of the header that are no sizes or offsets.
 pub(super) fn header_is_sound(header: &FileHeader) -> bool {
     header._zero == [0; 2]
         && finite(&header.lo)

@@ -10,6 +10,9 @@ use glam::Vec3;
 /// that no light is dark because its node is.
 const SLACK: f32 = 1e-3;
 
+/// From so many radii away a node looks small.
+const NEAR: f32 = 16.0;
+
 impl LightNode {
     /// What the lights below a node that is no leaf bring to a surface that answers light from its sides: [`Seen::Near`] where they do not look small,
     /// and [`Seen::Dark`] only if each is.
@@ -76,6 +79,3 @@ fn positive(mean: f32, spread: f32) -> f32 {
         (mean + spread) * (mean + spread) / (4.0 * spread)
     }
 }
-
-/// From so many radii away a node looks small.
-const NEAR: f32 = 16.0;

@@ -123,13 +123,17 @@ impl<R: Real> Far<R> {
 
 /// The numbers of as many of them as there are lanes, a row each.
 #[cfg(feature = "bundles")]
-pub(crate) type FarRows = [[f32; LANES]; 13];
+pub(crate) type FarRows = [[f32; LANES]; NUMBERS];
+
+/// Numbers of one.
+#[cfg(feature = "bundles")]
+const NUMBERS: usize = 13;
 
 #[cfg(feature = "bundles")]
 impl Far<f32> {
     /// Puts it down in a lane; `None` is near to everything.
     pub(crate) fn put(this: Option<Self>, rows: &mut FarRows, lane: usize) {
-        let numbers = this.map_or([f32::NAN; 13], |this| {
+        let numbers = this.map_or([f32::NAN; NUMBERS], |this| {
             let Self { center: c, position: p, normal: n, radius2, part, reach, brightest } = this;
             [c.x, c.y, c.z, p.x, p.y, p.z, n.x, n.y, n.z, radius2, part, reach, brightest]
         });

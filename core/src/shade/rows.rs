@@ -22,7 +22,7 @@ impl LightRows {
     /// Of these lights.
     #[must_use]
     pub fn new(lights: &[Light]) -> Self {
-        let mut rows = [[[0.0; LANES]; 13]; GROUPS];
+        let mut rows = [FarRows::default(); GROUPS];
         for (rows, group) in rows.iter_mut().zip(lights.chunks(LANES)) {
             for (lane, light) in group.iter().enumerate() {
                 Far::put(Far::new(light), rows, lane);

@@ -1,8 +1,6 @@
 use std::time::Instant;
 
-use kiloray_core::block::format::FileHeader;
-use kiloray_core::block::format::{MAGIC, VERSION};
-use kiloray_core::scene::Needs;
+use kiloray_core::block::format::{FileHeader, MAGIC, VERSION};
 
 use super::bounds::Bounds;
 use super::build::build;
@@ -75,10 +73,7 @@ pub fn compile(
     let lights = materials.lights(&lights, place);
     let views: Vec<_> = model.views.iter().filter_map(|v| view(v, place)).collect();
     let light_tree = light_tree(&lights);
-    let mut needs = needs(&materials.table, &lights, &surfaces, (lo, hi));
-    if !light_tree.is_empty() {
-        needs.bits |= Needs::MANY_LIGHTS;
-    }
+    let needs = needs(&materials.table, &lights, &light_tree, &surfaces, (lo, hi));
     let header = FileHeader {
         magic: MAGIC,
         version: VERSION,

@@ -88,10 +88,10 @@ fn lamps(count: u32, seed: u32, sizes: [f32; 3]) -> Vec<Light> {
     lights
 }
 
-fn with_tree(scene: &mut Scene) -> Vec<LightNode> {
-    let mut items: Vec<_> = (0..scene.lights.len() as u32).collect();
+fn tree_of(lights: &[Light]) -> Vec<LightNode> {
+    let mut items: Vec<_> = (0..lights.len() as u32).collect();
     let mut nodes = vec![];
-    tree(&scene.lights, &mut items, 0, &mut nodes);
+    tree(lights, &mut items, 0, &mut nodes);
     nodes
 }
 
@@ -114,8 +114,8 @@ fn surface(position: Vec3, side: f32) -> Surface {
 /// Nodes hide no light: where one is dark, each light below is.
 #[test]
 fn where_a_node_is_dark_its_lights_are() {
-    let mut scene = Scene { lights: lamps(300, 11, [0.01, 0.05, 0.003]), ..Scene::default() };
-    let nodes = with_tree(&mut scene);
+    let lights = lamps(300, 11, [0.01, 0.05, 0.003]);
+    let nodes = tree_of(&lights);
     let at = numbers(5);
     let (mut dark, mut seen) = (0, 0);
     for k in 0..3_000_u32 {
@@ -136,7 +136,7 @@ fn where_a_node_is_dark_its_lights_are() {
                     dark += 1;
                     let below = nodes[index as usize..node.end(index) as usize].iter();
                     for light in below.filter_map(LightNode::light) {
-                        let light = &scene.lights[light as usize];
+                        let light = &lights[light as usize];
                         assert!(
                             Aim::new(light, &surface, answers).is_err(),
                             "{node:?} {light:?} {surface:?}"
@@ -159,7 +159,7 @@ fn lights_are_chosen_with_the_probability_that_they_count_for() {
         let mut scene =
             Scene { settings, lights: lamps(100, seed, [0.03, 0.05, 0.04]), ..Scene::default() };
         floor(&mut scene, matt(1.0));
-        let nodes = with_tree(&mut scene);
+        let nodes = tree_of(&scene.lights);
         let tables = Tables { tree: &nodes, ..scene.shader().tables() };
         let shader = Shader::new(tables, settings);
         let ray = down(0.1, 0.2);
