@@ -56,6 +56,7 @@ pub(crate) enum Command {
     #[command(
         after_help = text::SIM,
         args_override_self = true,
+        mut_arg("block", |arg| arg.help(text::NODE_BLOCK)),
         mut_arg("memory", |arg| arg.help(text::NODE_MEMORY)),
         mut_arg("threads", |arg| arg.help(text::SIM_THREADS))
     )]
@@ -66,6 +67,7 @@ pub(crate) enum Command {
         after_help = text::HOST,
         args_override_self = true,
         mut_arg("scenes", |arg| arg.required(false).required_unless_present("config")),
+        mut_arg("block", |arg| arg.help(text::NODE_BLOCK)),
         mut_arg("memory", |arg| arg.help(text::NODE_MEMORY)),
         mut_arg("nodes", |arg| arg.help(text::HOST_NODES)),
         mut_arg("topology", |arg| arg.help(text::HOST_TOPOLOGY)),
@@ -80,6 +82,7 @@ pub(crate) enum Command {
     #[command(
         after_help = text::SWEEP,
         args_override_self = true,
+        mut_arg("block", |arg| arg.help(text::NODE_BLOCK)),
         mut_arg("memory", |arg| arg.help(text::NODE_MEMORY)),
         mut_arg("threads", |arg| arg.help(text::SWEEP_THREADS)),
         mut_arg("json", |arg| arg.help(text::SWEEP_JSON)),
@@ -401,7 +404,7 @@ pub(crate) struct Plan {
     /// All RAM of a board, as in 64KiB: the memory is what the firmware's statics and stack leave of it
     #[arg(long, value_name = "SIZE", value_parser = size::parse_bytes, conflicts_with = "memory")]
     pub(crate) ram: Option<u64>,
-    /// Size of a block: 1KiB to 64KiB, a power of two
+    /// Size of a block: 1KiB to 64KiB, a power of two [default: as 'kiloray render' takes it, with --nodes or --topology as 'kiloray sim' does]
     #[arg(long, value_name = "SIZE", value_parser = options::block)]
     pub(crate) block: Option<u32>,
     /// Most reflections and refractions on a path

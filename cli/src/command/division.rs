@@ -19,6 +19,13 @@ pub(super) fn memory(common: &Common) -> u64 {
     common.memory.unwrap_or(MEMORY)
 }
 
+/// Size of a block where nothing is said, for nodes of this memory: the least whose square is twice the memory, from 1 to 16 KiB. Great blocks leave few
+/// frames and fill links; small ones come often, each with its message (`ARCHITECTURE.md`, "The size of a block").
+pub(super) fn default_block(memory: u64) -> u32 {
+    let suits = |block: &u32| u64::from(*block).pow(2) >= memory.saturating_mul(2);
+    [1 << 10, 2 << 10, 4 << 10, 8 << 10].into_iter().find(suits).unwrap_or(16 << 10)
+}
+
 /// How a picture is divided among the nodes of a topology.
 pub(super) fn options(
     common: &Common,
@@ -160,5 +167,28 @@ pub(super) fn prefetch(prefetch: node::Prefetch) -> String {
     match prefetch {
         node::Prefetch::All => "all".into(),
         node::Prefetch::Nearest(blocks) => blocks.to_string(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::default_block;
+
+    #[test]
+    fn a_block_is_as_great_as_its_square_is_twice_the_memory() {
+        for (memory, block) in [
+            (0, 1),
+            (64, 1),
+            (512, 1),
+            (513, 2),
+            (2 << 10, 2),
+            (3 << 10, 4),
+            (8 << 10, 4),
+            (32 << 10, 8),
+            (33 << 10, 16),
+            (u64::MAX >> 10, 16),
+        ] {
+            assert_eq!(default_block(memory << 10), block << 10, "{memory} KiB");
+        }
     }
 }

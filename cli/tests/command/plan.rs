@@ -7,7 +7,7 @@ use crate::support::Folder;
 #[test]
 fn the_budget_of_a_node_of_a_mesh_is_the_simulators() {
     let folder = Folder::new();
-    let mesh = "colour-cube --memory 64KiB --nodes 16 --topology torus:4x4";
+    let mesh = "colour-cube --block 4KiB --memory 64KiB --nodes 16 --topology torus:4x4";
     let json: Value =
         serde_json::from_str(&folder.run(&format!("plan {mesh} --json -")).done().out()).unwrap();
     let lines = json["lines"].as_array().unwrap();

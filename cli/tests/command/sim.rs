@@ -205,6 +205,8 @@ fn senseless_meshes_are_refused_in_one_line() {
     }
     folder.run("sim sinc:300 --owned-in-arena --nodes 4 --memory 64KiB").refused(1, &["tables"]);
     let blocks = "give more, or smaller blocks with --block";
-    folder.run("sim sinc:60 --nodes 16 --topology full --memory 16KiB").refused(1, &[blocks]);
+    folder
+        .run("sim sinc:60 --nodes 16 --topology full --memory 16KiB --block 4KiB")
+        .refused(1, &[blocks]);
     assert!(folder.names().is_empty(), "something is left behind: {:?}", folder.names());
 }

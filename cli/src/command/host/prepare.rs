@@ -12,7 +12,7 @@ use crate::{
         Top,
     },
     command::{
-        division, engine,
+        division,
         node::{refused, refused_with},
     },
     failure::{Failure, Outcome},
@@ -132,7 +132,7 @@ fn of_options(host: &args::Host) -> Outcome<Prepared> {
         )));
     }
     let scenes = host.scene.scenes.clone();
-    let block = engine::default_block(Some(division::memory(&common)));
+    let block = division::default_block(division::memory(&common));
     let scene = scene::load(&host.scene, common.block, block, common.quiet)?
         .with_view(common.view.as_ref());
     let view = scene.choose_view(common.view.as_ref())?;

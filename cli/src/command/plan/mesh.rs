@@ -3,7 +3,7 @@ use kiloray_sim::{Error, MeshOptions, MeshPlan, NodeShare, Options, plan};
 use serde_json::json;
 
 use super::{
-    super::{division, engine, mesh, sim},
+    super::{division, mesh, sim},
     lines, too_small,
 };
 use crate::{
@@ -19,7 +19,7 @@ pub(super) fn run(arguments: &args::Plan) -> Outcome {
     let topology = arguments.mesh.division.topology().map_err(Failure::usage)?;
     let json_out = arguments.json.as_deref().map(Output::create).transpose()?;
     let to_standard = arguments.json.as_deref() == Some("-".as_ref());
-    let block = engine::default_block(Some(arguments.memory));
+    let block = division::default_block(arguments.memory);
     let scene = scene::load(&arguments.scene, arguments.block, block, to_standard)?;
     scene.print_notes(to_standard);
     let view = scene.choose_view(None)?;

@@ -28,7 +28,7 @@ pub(super) use self::{
     summary::spared,
 };
 use super::{
-    division, engine, html,
+    division, html,
     mesh::{self, Line, Why},
 };
 use crate::{
@@ -166,7 +166,7 @@ pub(super) fn scene_key(sim: &args::Sim) -> (Option<u32>, u32, u32) {
 }
 
 fn default_block(sim: &args::Sim) -> u32 {
-    engine::default_block(Some(division::memory(&sim.common)))
+    division::default_block(division::memory(&sim.common))
 }
 
 impl<'a> Run<'a> {
