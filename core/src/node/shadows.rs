@@ -83,7 +83,7 @@ impl<W: World> Node<'_, W> {
             // pyramids.
             let by_signs = cfg!(feature = "bundles") && !self.is_quiet();
             let fresh = self.shadows.get_mut(..self.fresh).unwrap_or_default();
-            crate::render::sort_by_key(fresh, |slot| slot.order(by_signs) ^ turned);
+            crate::render::sort_by_key(fresh, |slot| slot.shadow.order(by_signs) ^ turned);
         }
         let traced = match self.last_bundle() {
             Some((false, count)) if self.skip_bundle(count, now) => SHADOWS_PER_STEP,

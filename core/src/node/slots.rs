@@ -118,20 +118,13 @@ pub(super) struct ShadowSlot {
     pub(super) root: u16,
     /// It has been looked at with its bundle.
     pub(super) begun: u8,
-    /// Of its direction, a bit each, where rays of the same signs are traced together.
-    signs: u8,
+    pad: u8,
 }
 
 impl ShadowSlot {
     /// A ray at its beginning.
     pub(super) fn new(shadow: Shadow, root: u16) -> Self {
-        let signs = if cfg!(feature = "bundles") { shadow.signs() } else { 0 };
-        Self { shadow, trail: Trail::START, depth: [0; 3], root, begun: 0, signs }
-    }
-
-    /// What it is sorted by: its light, and `by_signs` its signs.
-    pub(super) fn order(&self, by_signs: bool) -> u32 {
-        self.shadow.source << 3 | if by_signs { self.signs.into() } else { 0 }
+        Self { shadow, trail: Trail::START, depth: [0; 3], root, begun: 0, pad: 0 }
     }
 }
 

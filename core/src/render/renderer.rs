@@ -305,8 +305,10 @@ impl<'a> Renderer<'a> {
         let unit = work.job.shader.unit();
         let transparent = tables.needs.any(Needs::TRANSPARENT);
         let materials = transparent.then_some(tables.materials);
-        if tables.lights.len() > 1 {
-            sort_by_key(self.shadows.items_mut(), |shadow| shadow.source);
+        // Where blocks have to come, rays of the same signs go through them together.
+        let by_signs = cfg!(feature = "bundles") && work.sight.fetches();
+        if by_signs || tables.lights.len() > 1 {
+            sort_by_key(self.shadows.items_mut(), |shadow| shadow.order(by_signs));
         }
         let mut rest = self.shadows.items();
         while let Some(first) = rest.first() {

@@ -5,16 +5,21 @@ use super::neighbours::Neighbours;
 use super::trust::Trust;
 use crate::block::BlockSource;
 use crate::geometry::Hit;
+#[cfg(not(feature = "bundles"))]
+use crate::geometry::Ray;
 use crate::material::OpticalDepth;
 use crate::scene::{Light, Material};
 use crate::shade::{Bundle, PathRay, Point, Shader, Shadow, Sum};
-use crate::trace::{Cursor, TraceError, Tracer};
+#[cfg(not(feature = "bundles"))]
+use crate::trace::Cursor;
+use crate::trace::{TraceError, Tracer};
 
 /// What rays see: a tracer, the blocks, and the state of a traversal.
 #[derive(Debug)]
 pub struct Sight<T, S> {
     tracer: T,
     source: S,
+    #[cfg(not(feature = "bundles"))]
     cursor: Cursor,
     #[cfg(feature = "bundles")]
     neighbours: Neighbours,
@@ -32,6 +37,7 @@ impl<T: Tracer, S: BlockSource> Sight<T, S> {
         Self {
             tracer,
             source,
+            #[cfg(not(feature = "bundles"))]
             cursor: Cursor::new(),
             #[cfg(feature = "bundles")]
             neighbours: Neighbours::new(),
@@ -49,6 +55,11 @@ impl<T: Tracer, S: BlockSource> Sight<T, S> {
     /// What they are traced with.
     pub(super) const fn tracer(&self) -> T {
         self.tracer
+    }
+
+    /// Whether a block that is asked for may have to come, and push out another.
+    pub(super) fn fetches(&self) -> bool {
+        !self.source.holds_all()
     }
 
     /// How many shadow rays to look at together next, at most.
@@ -80,11 +91,13 @@ impl<T: Tracer, S: BlockSource> Sight<T, S> {
         at: usize,
     ) -> Result<Option<Hit>, TraceError<S::Error>> {
         #[cfg(feature = "bundles")]
-        if self.source.holds_all() {
-            return self.neighbours.closest(self.tracer, &mut self.source, rays, at);
-        }
-        let Some(ray) = rays.get(at) else { return Ok(None) };
-        self.tracer.closest(&mut self.cursor, &mut self.source, &ray.ray())
+        let hit = self.neighbours.closest(self.tracer, &mut self.source, rays, at);
+        #[cfg(not(feature = "bundles"))]
+        let hit = match rays.get(at) {
+            Some(ray) => self.tracer.closest(&mut self.cursor, &mut self.source, &ray.ray()),
+            None => Ok(None),
+        };
+        hit
     }
 
     /// What is left of the light along the shadow ray `rays[at]`, if `at` goes from 0 up by one. Without `materials` all that it meets stops it.
@@ -95,18 +108,29 @@ impl<T: Tracer, S: BlockSource> Sight<T, S> {
         materials: Option<&[Material]>,
     ) -> Result<OpticalDepth, TraceError<S::Error>> {
         #[cfg(feature = "bundles")]
-        if self.source.holds_all() {
-            return self.neighbours.lost(self.tracer, &mut self.source, rays, at, materials);
-        }
-        let Some(ray) = rays.get(at).map(Shadow::ray) else { return Ok(OpticalDepth::OPAQUE) };
+        let depth = self.neighbours.lost(self.tracer, &mut self.source, rays, at, materials);
+        #[cfg(not(feature = "bundles"))]
+        let depth = match rays.get(at) {
+            Some(shadow) => self.lost(&shadow.ray(), materials),
+            None => Ok(OpticalDepth::OPAQUE),
+        };
+        depth
+    }
+
+    #[cfg(not(feature = "bundles"))]
+    fn lost(
+        &mut self,
+        ray: &Ray,
+        materials: Option<&[Material]>,
+    ) -> Result<OpticalDepth, TraceError<S::Error>> {
         let Self { tracer, source, cursor, .. } = self;
         let mut depth = OpticalDepth::CLEAR;
         match materials {
             Some(materials) => {
-                let cross = |hit: &Hit| depth.cross(materials, &ray, hit);
-                tracer.every(cursor, source, &ray, cross)?;
+                let cross = |hit: &Hit| depth.cross(materials, ray, hit);
+                tracer.every(cursor, source, ray, cross)?;
             }
-            None if tracer.any(cursor, source, &ray)? => depth = OpticalDepth::OPAQUE,
+            None if tracer.any(cursor, source, ray)? => depth = OpticalDepth::OPAQUE,
             None => {}
         }
         Ok(depth)

@@ -181,10 +181,12 @@ impl Shadow {
         }
     }
 
-    /// The signs of its direction, a bit each.
+    /// What shadow rays are sorted by: their light, and `by_signs` the signs of their directions.
+    #[inline]
     #[must_use]
-    pub(crate) fn signs(&self) -> u8 {
-        PreparedRay::signs(self.direction.into())
+    pub(crate) fn order(&self, by_signs: bool) -> u32 {
+        let signs = if by_signs { PreparedRay::signs(self.direction.into()) } else { 0 };
+        self.source << 3 | u32::from(signs)
     }
 
     /// What it brings if nothing is in its way.

@@ -1,9 +1,12 @@
-use kiloray_core::shade::Settings;
+use kiloray_core::{render::Neighbours, shade::Settings};
 use kiloray_render::{Error, Options};
 use serde_json::json;
 
 use super::{super::engine, lines, too_small};
 use crate::{args, console::line, failure::Outcome, output::Output, scene};
+
+/// What rays that go together are traced in, beside the memory.
+const TOGETHER: usize = size_of::<Neighbours>();
 
 /// Prints the budget of a node that is alone.
 pub(super) fn run(arguments: &args::Plan) -> Outcome {
@@ -39,6 +42,7 @@ pub(super) fn run(arguments: &args::Plan) -> Outcome {
             "blocks": file.blocks(),
             "block_bytes": file.header().block_bytes,
             "tables_bytes": owned,
+            "together_bytes": TOGETHER,
         });
         output.write(format!("{value:#}\n").as_bytes())?;
     }
@@ -53,6 +57,6 @@ pub(super) fn run(arguments: &args::Plan) -> Outcome {
         plan.block_bytes
     ))?;
     line(format_args!(
-        "Read in place, and not counted here: {owned} bytes of tables (materials, lights, views)."
+        "Read in place, and not counted here: {owned} bytes of tables (materials, lights, views). Beside it rays that go together are traced in {TOGETHER} bytes (on a board they go one by one)."
     ))
 }
