@@ -18,7 +18,7 @@ use kiloray_scene::{
 };
 
 use crate::{
-    args::{self, ViewChoice},
+    args::{self, ViewChoice, size::typed},
     console,
     failure::{self, Failure, Outcome},
     input, memory,
@@ -66,7 +66,7 @@ pub(crate) fn load(
                 path.display()
             )));
         }
-        return open(path, block, quiet);
+        return open(path, block, fallback, quiet);
     }
     let mut notes = Vec::new();
     let read = {
@@ -122,7 +122,10 @@ pub(crate) fn load(
     Ok(Scene { name, file, stats, summary, notes, told: Once::new(), quiet })
 }
 
-fn open(path: &Path, block: Option<u32>, quiet: bool) -> Outcome<Scene> {
+/// So many times the size that suits a memory leave it few blocks, which is worth a note.
+const TOO_GREAT: u32 = 8;
+
+fn open(path: &Path, block: Option<u32>, suits: u32, quiet: bool) -> Outcome<Scene> {
     input::keep(path)?;
     let file = KiloFile::open(path).map_err(|error| match error {
         KiloError::Io { path, source } => Failure::io(&path, &source),
@@ -138,6 +141,13 @@ fn open(path: &Path, block: Option<u32>, quiet: bool) -> Outcome<Scene> {
         other => Failure::new(other),
     })?;
     let has = file.view().header().block_bytes;
+    let is_great = block.is_none() && has / TOO_GREAT >= suits;
+    let note = format!(
+        "{}: its blocks of {} are great for this memory, of which few are at hand then: 'kiloray compile --block {}' suits it",
+        path.display(),
+        typed(has.into()),
+        typed(suits.into()),
+    );
     match block {
         Some(wanted) if wanted != has => Err(Failure::usage(format_args!(
             "{}: is compiled to blocks of {has} bytes; leave out --block, or compile the scene again",
@@ -148,7 +158,7 @@ fn open(path: &Path, block: Option<u32>, quiet: bool) -> Outcome<Scene> {
             file,
             stats: None,
             summary: None,
-            notes: Vec::new(),
+            notes: is_great.then_some(note).into_iter().collect(),
             told: Once::new(),
             quiet,
         }),

@@ -118,3 +118,22 @@ fn of_all_ram_the_firmware_takes_its_part() {
     folder.run("plan cornell --nodes 4 --ram 30KiB").refused(1, &["--ram 30KiB", "give "]);
     folder.run("plan cornell --ram 64KiB --memory 64KiB").refused(2, &["--memory"]);
 }
+
+#[test]
+fn blocks_too_great_for_a_memory_are_noted() {
+    let folder = Folder::new();
+    folder.run("compile cornell -o great.kilo -q").done();
+    folder.run("compile cornell --block 4KiB -o fits.kilo -q").done();
+    let notes = |line: &str| folder.run(&format!("plan {line}")).done().err();
+    let told = notes("great.kilo --nodes 4 --memory 256KiB");
+    assert!(told.contains("blocks of 16KiB") && told.contains("--block 1KiB"), "{told}");
+    for line in [
+        "great.kilo --nodes 4 --memory 4MiB",
+        "great.kilo --nodes 4 --memory 256KiB --block 16KiB",
+        "great.kilo --memory 256KiB",
+        "fits.kilo --nodes 4 --memory 256KiB",
+    ] {
+        let told = notes(line);
+        assert!(!told.contains("blocks of"), "{line}: {told}");
+    }
+}

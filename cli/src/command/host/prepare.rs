@@ -64,7 +64,8 @@ fn of_config(host: &args::Host, path: &Path) -> Outcome<Prepared> {
     }
     let scenes = vec![config.scene.clone()];
     let compiled = args::Scene { scenes: scenes.clone(), ..host.scene };
-    let scene = scene::load(&compiled, None, 0, host.common.quiet)?;
+    let block = division::default_block(config.mesh.memory as u64);
+    let scene = scene::load(&compiled, None, block, host.common.quiet)?;
     let job = Job::new(&config, &scene.file.view());
     let options = job.map_err(|error| refused_with(error, config.mesh.packet))?.options;
     let settings = options.settings;
