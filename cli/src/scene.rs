@@ -142,12 +142,14 @@ fn open(path: &Path, block: Option<u32>, suits: u32, quiet: bool) -> Outcome<Sce
     })?;
     let has = file.view().header().block_bytes;
     let is_great = block.is_none() && has / TOO_GREAT >= suits;
-    let note = format!(
-        "{}: its blocks of {} are great for this memory, of which few are at hand then: 'kiloray compile --block {}' suits it",
-        path.display(),
-        typed(has.into()),
-        typed(suits.into()),
-    );
+    let note = || {
+        format!(
+            "{}: its blocks of {} are great for this memory, of which few are at hand then: 'kiloray compile --block {}' suits it",
+            path.display(),
+            typed(has.into()),
+            typed(suits.into()),
+        )
+    };
     match block {
         Some(wanted) if wanted != has => Err(Failure::usage(format_args!(
             "{}: is compiled to blocks of {has} bytes; leave out --block, or compile the scene again",
@@ -158,7 +160,7 @@ fn open(path: &Path, block: Option<u32>, suits: u32, quiet: bool) -> Outcome<Sce
             file,
             stats: None,
             summary: None,
-            notes: is_great.then_some(note).into_iter().collect(),
+            notes: is_great.then(note).into_iter().collect(),
             told: Once::new(),
             quiet,
         }),

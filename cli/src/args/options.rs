@@ -62,7 +62,7 @@ pub(crate) struct Common {
     /// Memory of the node, as in 64KiB: the scene stays in its file, blocks are fetched [default: no limit]
     #[arg(long, value_name = "SIZE", value_parser = parse_bytes, allow_hyphen_values = true, help_heading = "Machine")]
     pub(crate) memory: Option<u64>,
-    /// Size of a block: 1KiB to 64KiB, a power of two [default: 4KiB below 128KiB of memory, else 16KiB]
+    /// Size of a block: 1KiB to 64KiB, a power of two [default: 4KiB below 512KiB of memory, else 16KiB]
     #[arg(long, value_name = "SIZE", value_parser = block, allow_hyphen_values = true, help_heading = "Machine")]
     pub(crate) block: Option<u32>,
     /// Threads to use [default: all cores; a node with --memory is one thread]

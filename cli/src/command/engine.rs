@@ -24,9 +24,9 @@ static CANCEL: AtomicBool = AtomicBool::new(false);
 /// Packets of less have buffers of this size all the same.
 const PACKET_LEAST: u16 = 256;
 
-/// Size of a block of a node that is alone, where nothing is said: great blocks are traced in less time, and come from a map at the cost of a copy.
+/// Size of a block of a node that is alone, where nothing is said: small for small memories, as small blocks leave frames for more of them.
 pub(super) fn default_block(memory: Option<u64>) -> u32 {
-    if memory.is_some_and(|memory| memory < 128 << 10) { 4 << 10 } else { 16 << 10 }
+    if memory.is_some_and(|memory| memory < 512 << 10) { 4 << 10 } else { 16 << 10 }
 }
 
 /// What the renderer is told.
