@@ -24,6 +24,8 @@
 //! `capacity - reserve(d - 1)`, so when it is on top its own children fit. That is rule 7 of the mesh ("a point at bounce d
 //! takes a slot only if one stays for each deeper bounce") for a stack. Batches shrink as the stack fills, down to a single ray.
 
+#[cfg(not(feature = "bundles"))]
+mod alone;
 mod clear;
 mod clearing;
 #[cfg(feature = "bundles")]

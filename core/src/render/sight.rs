@@ -1,17 +1,15 @@
+#[cfg(not(feature = "bundles"))]
+use super::alone::Alone as Rays;
 use super::clear::is_clear;
 use super::clearing::Clearings;
 #[cfg(feature = "bundles")]
-use super::neighbours::Neighbours;
+use super::neighbours::Neighbours as Rays;
 use super::trust::Trust;
 use crate::block::BlockSource;
 use crate::geometry::Hit;
-#[cfg(not(feature = "bundles"))]
-use crate::geometry::Ray;
 use crate::material::OpticalDepth;
 use crate::scene::{Light, Material};
 use crate::shade::{Bundle, PathRay, Point, Shader, Shadow, Sum};
-#[cfg(not(feature = "bundles"))]
-use crate::trace::Cursor;
 use crate::trace::{TraceError, Tracer};
 
 /// What rays see: a tracer, the blocks, and the state of a traversal.
@@ -19,10 +17,7 @@ use crate::trace::{TraceError, Tracer};
 pub struct Sight<T, S> {
     tracer: T,
     source: S,
-    #[cfg(not(feature = "bundles"))]
-    cursor: Cursor,
-    #[cfg(feature = "bundles")]
-    neighbours: Neighbours,
+    rays: Rays,
     trust: Trust,
     clearings: Clearings<CLEARINGS>,
 }
@@ -34,16 +29,7 @@ impl<T: Tracer, S: BlockSource> Sight<T, S> {
     /// Rays traced by `tracer` through the blocks of `source`.
     #[must_use]
     pub const fn new(tracer: T, source: S) -> Self {
-        Self {
-            tracer,
-            source,
-            #[cfg(not(feature = "bundles"))]
-            cursor: Cursor::new(),
-            #[cfg(feature = "bundles")]
-            neighbours: Neighbours::new(),
-            trust: Trust::new(),
-            clearings: Clearings::new(),
-        }
+        Self { tracer, source, rays: Rays::new(), trust: Trust::new(), clearings: Clearings::new() }
     }
 
     /// The blocks.
@@ -90,14 +76,7 @@ impl<T: Tracer, S: BlockSource> Sight<T, S> {
         rays: &[PathRay],
         at: usize,
     ) -> Result<Option<Hit>, TraceError<S::Error>> {
-        #[cfg(feature = "bundles")]
-        let hit = self.neighbours.closest(self.tracer, &mut self.source, rays, at);
-        #[cfg(not(feature = "bundles"))]
-        let hit = match rays.get(at) {
-            Some(ray) => self.tracer.closest(&mut self.cursor, &mut self.source, &ray.ray()),
-            None => Ok(None),
-        };
-        hit
+        self.rays.closest(self.tracer, &mut self.source, rays, at)
     }
 
     /// What is left of the light along the shadow ray `rays[at]`, if `at` goes from 0 up by one. Without `materials` all that it meets stops it.
@@ -107,32 +86,6 @@ impl<T: Tracer, S: BlockSource> Sight<T, S> {
         at: usize,
         materials: Option<&[Material]>,
     ) -> Result<OpticalDepth, TraceError<S::Error>> {
-        #[cfg(feature = "bundles")]
-        let depth = self.neighbours.lost(self.tracer, &mut self.source, rays, at, materials);
-        #[cfg(not(feature = "bundles"))]
-        let depth = match rays.get(at) {
-            Some(shadow) => self.lost(&shadow.ray(), materials),
-            None => Ok(OpticalDepth::OPAQUE),
-        };
-        depth
-    }
-
-    #[cfg(not(feature = "bundles"))]
-    fn lost(
-        &mut self,
-        ray: &Ray,
-        materials: Option<&[Material]>,
-    ) -> Result<OpticalDepth, TraceError<S::Error>> {
-        let Self { tracer, source, cursor, .. } = self;
-        let mut depth = OpticalDepth::CLEAR;
-        match materials {
-            Some(materials) => {
-                let cross = |hit: &Hit| depth.cross(materials, ray, hit);
-                tracer.every(cursor, source, ray, cross)?;
-            }
-            None if tracer.any(cursor, source, ray)? => depth = OpticalDepth::OPAQUE,
-            None => {}
-        }
-        Ok(depth)
+        self.rays.lost(self.tracer, &mut self.source, rays, at, materials)
     }
 }
