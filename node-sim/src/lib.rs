@@ -28,7 +28,7 @@ pub use kiloray_render::MeshOptions;
 pub use options::{Control, Crash, Faults, Link, Options, Rate, Slow, Status, Switching};
 pub use outcome::{End, Outcome};
 pub use plan::{MeshPlan, NodeShare, plan};
-pub use profile::Profile;
+pub use profile::{Profile, estimates};
 pub use report::{
     CrashReport, FaultReport, Histogram, HistogramBucket, Latencies, LineReport, LinkReport,
     MeshReport, MessageReport, NodeReport, NodeTime, Report, Sample, TileReport, Timeline, Totals,

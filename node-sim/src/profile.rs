@@ -1,6 +1,8 @@
 use std::borrow::Cow;
 
+use kiloray_core::block::KiloView;
 use kiloray_core::node::Work;
+use kiloray_core::shade::FEW;
 use serde::{Deserialize, Serialize};
 
 use crate::NodeTime;
@@ -48,8 +50,10 @@ pub struct Profile {
     pub bundle_ray_triangle: f64,
     /// Shading a hit.
     pub shading: f64,
-    /// Estimating what a light brings to a hit: all lights are looked at.
+    /// Estimating what a light brings to a hit: all lights are looked at, of many eight together where there are lanes ([`estimates`]).
     pub light: f64,
+    /// Asking a light: beginning a bundle of shadow rays to it.
+    pub light_bundle: f64,
     /// Making a shadow ray.
     pub light_sample: f64,
     /// Clipping a bundle.
@@ -66,32 +70,33 @@ pub struct Profile {
 }
 
 impl Profile {
-    /// One core of a PC (Intel Xeon, Emerald Rapids, AVX-512), by `kiloray calibrate`; the time of a message is that of writing, routing and
+    /// One core of a PC (Intel Xeon with AVX-512 and 480 MiB of third cache, 2026), by `kiloray calibrate`; the time of a message is that of writing, routing and
     /// reading a short one.
     pub const PC: Self = Self {
         name: Cow::Borrowed("pc"),
         source: Cow::Borrowed(
             "measured: one core of an Intel Xeon with AVX-512, fitted to pictures rendered by one thread",
         ),
-        node: 5.3,
-        leaf: 50.8,
-        block: 13.2,
-        ray: 130.9,
-        shadow_ray: 22.1,
+        node: 4.2,
+        leaf: 39.2,
+        block: 9.5,
+        ray: 105.7,
+        shadow_ray: 17.7,
         together: true,
-        bundle_ray: 10.3,
-        bundle_node: 31.8,
-        bundle_box: 25.8,
-        bundle_ray_box: 10.7,
-        bundle_triangle: 15.6,
-        bundle_ray_triangle: 10.6,
-        shading: 52.0,
-        light: 146.0,
-        light_sample: 50.3,
-        clip: 785.0,
-        message: 44.0,
-        copy: 0.045,
-        check: 0.136,
+        bundle_ray: 7.9,
+        bundle_node: 29.9,
+        bundle_box: 19.5,
+        bundle_ray_box: 6.8,
+        bundle_triangle: 6.6,
+        bundle_ray_triangle: 10.5,
+        shading: 35.5,
+        light: 83.3,
+        light_bundle: 169.4,
+        light_sample: 31.9,
+        clip: 693.0,
+        message: 33.0,
+        copy: 0.037,
+        check: 0.107,
         forward: 0.0,
     };
 
@@ -118,7 +123,7 @@ impl Profile {
 
     /// Each operation in words, and its time \[ns\].
     #[must_use]
-    pub fn operations(&self) -> [(&'static str, f64); 19] {
+    pub fn operations(&self) -> [(&'static str, f64); 20] {
         [
             ("a node of the tree: eight boxes", self.node),
             ("a record of a leaf: up to four triangles", self.leaf),
@@ -133,6 +138,7 @@ impl Profile {
             ("a ray among others against a record", self.bundle_ray_triangle),
             ("shading a hit", self.shading),
             ("estimating a light", self.light),
+            ("asking a light", self.light_bundle),
             ("making a shadow ray", self.light_sample),
             ("clipping a bundle", self.clip),
             ("a message, in or out", self.message),
@@ -142,19 +148,20 @@ impl Profile {
         ]
     }
 
-    /// The same in a scene of so many lights: they are a part of each hit.
-    pub(crate) fn with_lights(self, lights: usize) -> Self {
-        Self { shading: self.shading + self.light * lights as f64, ..self }
+    /// The same in a scene: its lights are a part of each hit.
+    pub(crate) fn in_scene(self, scene: &KiloView<'_>) -> Self {
+        let estimates = estimates(scene, self.together);
+        Self { shading: self.shading + self.light * estimates as f64, ..self }
     }
 
     /// The time of an amount of work, by what it is, for a node that is slower by a factor.
     pub(crate) fn time(&self, work: &Work, slow: f64) -> NodeTime {
-        let ns = |terms: &[(u64, f64)]| {
+        let ns = |terms: &[(u32, f64)]| {
             // Most steps are of one kind.
             if terms.iter().fold(0, |all, (count, _)| all | count) == 0 {
                 return 0;
             }
-            let sum: f64 = terms.iter().map(|&(count, each)| count as f64 * each).sum();
+            let sum: f64 = terms.iter().map(|&(count, each)| f64::from(count) * each).sum();
             (sum * slow + 0.5) as u64
         };
         NodeTime {
@@ -171,7 +178,11 @@ impl Profile {
                 (work.bundle_triangles, self.bundle_triangle),
                 (work.bundle_ray_triangles, self.bundle_ray_triangle),
             ]),
-            shade: ns(&[(work.shadings, self.shading), (work.light_samples, self.light_sample)]),
+            shade: ns(&[
+                (work.shadings, self.shading),
+                (work.lights, self.light_bundle),
+                (work.light_samples, self.light_sample),
+            ]),
             clip: ns(&[(work.clips, self.clip)]),
             messages: ns(&[(work.messages, self.message)]),
             copies: ns(&[(work.copied, self.copy)]),
@@ -219,6 +230,8 @@ const fn cortex_m(name: &'static str, ns: f64) -> Profile {
         bundle_ray_triangle: 0.0,
         shading: 5621.0 * ns,
         light: 589.0 * ns,
+        // It is in the others: pictures of few lights do not tell them apart.
+        light_bundle: 0.0,
         light_sample: 1355.0 * ns,
         clip: 240_000.0 * ns,
         message: 2206.0 * ns,
@@ -268,6 +281,8 @@ impl Machine {
             shading: 350.0 * float + 500.0 * other,
             // Scrambled numbers, a place on the light, the material's answer, the start beside the surface.
             light: 60.0 * float + 60.0 * other,
+            // It is in those of its samples.
+            light_bundle: 0.0,
             light_sample: 150.0 * float + 150.0 * other,
             // The hull of 64 rays, and some tens of boxes against its planes.
             clip: 3000.0 * float + 3000.0 * other,
@@ -279,6 +294,21 @@ impl Machine {
             // Processes of two links are woken, and one is told of the other's packet: half of what a message takes.
             forward: 200.0 * other,
         }
+    }
+}
+
+/// How many estimates of a light a hit in a scene takes. Where lanes are, eight of many lights that are looked at together take as long as one of few.
+///
+/// By a tree it is some 300 of 20,000: those of its line, and two at each level for each light that is asked.
+#[must_use]
+pub fn estimates(scene: &KiloView<'_>, lanes: bool) -> usize {
+    let lights = scene.lights().len();
+    if !scene.light_tree().is_empty() {
+        64 + 16 * lights.ilog2() as usize
+    } else if lanes && lights > FEW {
+        lights.div_ceil(8)
+    } else {
+        lights
     }
 }
 

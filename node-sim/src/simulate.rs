@@ -74,7 +74,7 @@ pub fn simulate(
     };
     let settings = RunSettings {
         link: options.link,
-        profile: options.profile.clone().with_lights(looks(file)),
+        profile: options.profile.clone().in_scene(file),
         faults: options.faults.clone(),
         seed: options.seed,
         packet: layout.packet(),
@@ -107,12 +107,6 @@ pub fn simulate(
     let report = report(&mut run, options, &mesh, &layout);
     let ledger = &run.host.actor.ledger;
     Ok(Outcome { picture: ledger.picture(), end, overflows: ledger.overflows(), division, report })
-}
-
-/// How many lights a point looks at. By a tree it is some 300 of 20,000: those of the line, and two at each level for each that it asks.
-fn looks(file: &KiloView<'_>) -> usize {
-    let lights = file.lights().len();
-    if file.light_tree().is_empty() { lights } else { 64 + 16 * lights.ilog2() as usize }
 }
 
 /// Threads for the nodes of a mesh, if there are several of both.

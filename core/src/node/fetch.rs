@@ -182,7 +182,7 @@ impl<W: World> Node<'_, W> {
             self.note_unasked();
             return;
         };
-        self.work.copied = self.work.copied.saturating_add(bytes as u64);
+        self.work.copied = self.work.copied.saturating_add(bytes as u32);
         let Some(&(mut fetch)) = self.fetches.get(at) else { return };
         if fetch.tries > 0 {
             // The answer to the last request: those before it were lost. To an earlier one: it was late, and asked for again too soon.
@@ -219,7 +219,7 @@ impl<W: World> Node<'_, W> {
         };
         fetch.state = FREE;
         let block = fetch.block;
-        let whole = self.blocks.cache.block_bytes() as u64;
+        let whole = self.blocks.cache.block_bytes() as u32;
         self.work.checked = self.work.checked.saturating_add(whole);
         let Self { world, blocks, .. } = self;
         let sound = blocks.cache.incoming(block).is_some_and(|bytes| world.check(block, bytes));

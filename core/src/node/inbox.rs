@@ -139,7 +139,7 @@ impl<W: World> Node<'_, W> {
             place.copy_from_slice(bytes);
         }
         (self.inbox_from, self.inbox_at, self.inbox_len) = (from, 0, len);
-        self.work.copied = self.work.copied.saturating_add(len as u64);
+        self.work.copied = self.work.copied.saturating_add(len as u32);
         self.router.consume(Channel::Request);
         true
     }

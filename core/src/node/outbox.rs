@@ -66,7 +66,7 @@ impl<'a> Outbox<'a> {
         let Some(bytes) = pushed else { return false };
         counts.sent.note(message, bytes);
         work.messages = work.messages.saturating_add(1);
-        work.copied = work.copied.saturating_add(bytes as u64);
+        work.copied = work.copied.saturating_add(bytes as u32);
         true
     }
 
@@ -219,7 +219,7 @@ impl<'a> Outbox<'a> {
         let channel = if open.is(Channel::Request) { Channel::Request } else { Channel::Reply };
         if router.inject(NodeId(open.to), channel, open.priority, bytes).is_ok() {
             counts.packets = counts.packets.saturating_add(1);
-            work.copied = work.copied.saturating_add(bytes.len() as u64);
+            work.copied = work.copied.saturating_add(bytes.len() as u32);
             if let Some(open) = self.open.get_mut(at) {
                 *open = Open::zeroed();
             }

@@ -80,16 +80,17 @@ impl<'a, T: Tracer, C: Scratch> Picture<'a, T, C> {
     ) -> usize {
         let traced = self.scratch.neighbours(|room| (trace(room), room.take_visited()));
         let Some(((count, traced), visited)) = traced else { return 0 };
-        work.bundle_rays = work.bundle_rays.saturating_add(count as u64);
-        work.bundle_nodes = work.bundle_nodes.saturating_add(visited.nodes);
-        work.bundle_boxes = work.bundle_boxes.saturating_add(visited.boxes);
-        work.bundle_ray_boxes = work.bundle_ray_boxes.saturating_add(visited.ray_boxes);
-        work.bundle_triangles = work.bundle_triangles.saturating_add(visited.triangles);
-        work.bundle_ray_triangles = work.bundle_ray_triangles.saturating_add(visited.ray_triangles);
-        work.nodes = work.nodes.saturating_add(visited.single.nodes);
-        work.leaves = work.leaves.saturating_add(visited.single.leaves);
-        work.blocks = work.blocks.saturating_add(visited.single.blocks);
-        work.blocks = work.blocks.saturating_add(visited.blocks);
+        work.bundle_rays = work.bundle_rays.saturating_add(count as u32);
+        work.bundle_nodes = work.bundle_nodes.saturating_add(visited.nodes as u32);
+        work.bundle_boxes = work.bundle_boxes.saturating_add(visited.boxes as u32);
+        work.bundle_ray_boxes = work.bundle_ray_boxes.saturating_add(visited.ray_boxes as u32);
+        work.bundle_triangles = work.bundle_triangles.saturating_add(visited.triangles as u32);
+        work.bundle_ray_triangles =
+            work.bundle_ray_triangles.saturating_add(visited.ray_triangles as u32);
+        work.nodes = work.nodes.saturating_add(visited.single.nodes as u32);
+        work.leaves = work.leaves.saturating_add(visited.single.leaves as u32);
+        work.blocks = work.blocks.saturating_add(visited.single.blocks as u32);
+        work.blocks = work.blocks.saturating_add(visited.blocks as u32);
         match traced {
             Ok(()) | Err(TraceError::Source(Missing(_))) => count,
             // Each ray finds out for itself.
@@ -164,6 +165,7 @@ impl<'a, T: Tracer, C: Scratch> Picture<'a, T, C> {
             if !self.next_bundle(point, lights, counts) {
                 return None;
             }
+            work.lights = work.lights.saturating_add(1);
             if let Some(sum) = self.whole(source, point, lights, counts, work) {
                 return Some(Lit::Whole(sum));
             }
@@ -188,9 +190,9 @@ impl<'a, T: Tracer, C: Scratch> Picture<'a, T, C> {
             }
             (ended, cursor.take_visited())
         });
-        work.nodes = work.nodes.saturating_add(visited.nodes);
-        work.leaves = work.leaves.saturating_add(visited.leaves);
-        work.blocks = work.blocks.saturating_add(visited.blocks);
+        work.nodes = work.nodes.saturating_add(visited.nodes as u32);
+        work.leaves = work.leaves.saturating_add(visited.leaves as u32);
+        work.blocks = work.blocks.saturating_add(visited.blocks as u32);
         match ended {
             Ok(()) => Traced::Done,
             Err(TraceError::Source(Missing(block))) => Traced::Missing(block),
@@ -407,7 +409,7 @@ impl<T: Tracer, C: Scratch> World for Picture<'_, T, C> {
         // A block that is not sound is found out by who traces it.
         let _ = clip.round(source);
         work.clips = work.clips.saturating_add(1);
-        work.nodes = work.nodes.saturating_add(u64::from(clip.counts().boxes / 8));
+        work.nodes = work.nodes.saturating_add(clip.counts().boxes / 8);
         let blocks = clip.waiting().map(|entry| entry.block);
         room.iter_mut().zip(blocks).map(|(place, block)| *place = block).count()
     }

@@ -198,7 +198,7 @@ impl<W: World> Node<'_, W> {
         let given = !begun && self.give_lights(&slot, &point);
         let (made, all) =
             if given { (0, true) } else { self.make_shadows(&point, &mut lights, &slot) };
-        self.work.light_samples = self.work.light_samples.saturating_add(u64::from(made));
+        self.work.light_samples = self.work.light_samples.saturating_add(made);
         if !all {
             slot.at = self.world.save(&lights);
             self.put(number, slot);

@@ -59,66 +59,69 @@ const TICK: u32 = 10;
 /// The longest time limit, 18 minutes \[ticks\].
 pub(super) const LIMIT_MAX: u32 = u32::MAX / 4;
 
-/// Operations that a node has carried out: what a machine profile turns into time.
+/// Operations that a node has carried out, in one step or in all (`u64`): what a machine profile turns into time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct Work {
+pub struct Work<N = u32> {
     /// Tree nodes visited: eight box tests each.
-    pub nodes: u64,
+    pub nodes: N,
     /// Leaf records tested: up to four triangles each.
-    pub leaves: u64,
+    pub leaves: N,
     /// Blocks entered by a ray.
-    pub blocks: u64,
+    pub blocks: N,
     /// Closest-hit rays begun or gone on with.
-    pub rays: u64,
+    pub rays: N,
     /// Shadow rays begun or gone on with.
-    pub shadow_rays: u64,
+    pub shadow_rays: N,
     /// Rays begun together.
-    pub bundle_rays: u64,
+    pub bundle_rays: N,
     /// Tree nodes visited by rays together, each once for all of them.
-    pub bundle_nodes: u64,
+    pub bundle_nodes: N,
     /// Tests of eight rays against a box.
-    pub bundle_boxes: u64,
+    pub bundle_boxes: N,
     /// Tests of a ray among others against eight boxes.
-    pub bundle_ray_boxes: u64,
+    pub bundle_ray_boxes: N,
     /// Tests of eight rays against a triangle.
-    pub bundle_triangles: u64,
+    pub bundle_triangles: N,
     /// Tests of a ray among others against the triangles of a record.
-    pub bundle_ray_triangles: u64,
+    pub bundle_ray_triangles: N,
     /// Hits shaded: their material, children and choice of lights.
-    pub shadings: u64,
+    pub shadings: N,
+    /// Lights that were asked: each a bundle of shadow rays.
+    pub lights: N,
     /// Shadow rays made: places on lights and their weights.
-    pub light_samples: u64,
+    pub light_samples: N,
     /// Bundles of shadow rays clipped against the tree, to prefetch or to skip them.
-    pub clips: u64,
+    pub clips: N,
     /// Messages handled, in and out.
-    pub messages: u64,
+    pub messages: N,
     /// Bytes copied, of messages and blocks.
-    pub copied: u64,
+    pub copied: N,
     /// Bytes of arrived blocks checked.
-    pub checked: u64,
+    pub checked: N,
 }
 
-impl AddAssign for Work {
-    fn add_assign(&mut self, other: Self) {
-        self.nodes = self.nodes.saturating_add(other.nodes);
-        self.leaves = self.leaves.saturating_add(other.leaves);
-        self.blocks = self.blocks.saturating_add(other.blocks);
-        self.rays = self.rays.saturating_add(other.rays);
-        self.shadow_rays = self.shadow_rays.saturating_add(other.shadow_rays);
-        self.bundle_rays = self.bundle_rays.saturating_add(other.bundle_rays);
-        self.bundle_nodes = self.bundle_nodes.saturating_add(other.bundle_nodes);
-        self.bundle_boxes = self.bundle_boxes.saturating_add(other.bundle_boxes);
-        self.bundle_ray_boxes = self.bundle_ray_boxes.saturating_add(other.bundle_ray_boxes);
-        self.bundle_triangles = self.bundle_triangles.saturating_add(other.bundle_triangles);
+impl<N: Into<u64>> AddAssign<Work<N>> for Work<u64> {
+    fn add_assign(&mut self, more: Work<N>) {
+        self.nodes = self.nodes.saturating_add(more.nodes.into());
+        self.leaves = self.leaves.saturating_add(more.leaves.into());
+        self.blocks = self.blocks.saturating_add(more.blocks.into());
+        self.rays = self.rays.saturating_add(more.rays.into());
+        self.shadow_rays = self.shadow_rays.saturating_add(more.shadow_rays.into());
+        self.bundle_rays = self.bundle_rays.saturating_add(more.bundle_rays.into());
+        self.bundle_nodes = self.bundle_nodes.saturating_add(more.bundle_nodes.into());
+        self.bundle_boxes = self.bundle_boxes.saturating_add(more.bundle_boxes.into());
+        self.bundle_ray_boxes = self.bundle_ray_boxes.saturating_add(more.bundle_ray_boxes.into());
+        self.bundle_triangles = self.bundle_triangles.saturating_add(more.bundle_triangles.into());
         self.bundle_ray_triangles =
-            self.bundle_ray_triangles.saturating_add(other.bundle_ray_triangles);
-        self.shadings = self.shadings.saturating_add(other.shadings);
-        self.light_samples = self.light_samples.saturating_add(other.light_samples);
-        self.clips = self.clips.saturating_add(other.clips);
-        self.messages = self.messages.saturating_add(other.messages);
-        self.copied = self.copied.saturating_add(other.copied);
-        self.checked = self.checked.saturating_add(other.checked);
+            self.bundle_ray_triangles.saturating_add(more.bundle_ray_triangles.into());
+        self.shadings = self.shadings.saturating_add(more.shadings.into());
+        self.lights = self.lights.saturating_add(more.lights.into());
+        self.light_samples = self.light_samples.saturating_add(more.light_samples.into());
+        self.clips = self.clips.saturating_add(more.clips.into());
+        self.messages = self.messages.saturating_add(more.messages.into());
+        self.copied = self.copied.saturating_add(more.copied.into());
+        self.checked = self.checked.saturating_add(more.checked.into());
     }
 }
 

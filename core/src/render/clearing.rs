@@ -31,7 +31,7 @@ impl<const N: usize> Clearings<N> {
         point: &Point,
         bundle: &Bundle,
         source: &mut S,
-        searched: &mut u64,
+        searched: &mut u32,
     ) -> Option<Sum> {
         let whole = bundle.unshadowed()?;
         let light = shader.tables().lights.get(bundle.light as usize)?;
@@ -47,7 +47,7 @@ impl<const N: usize> Clearings<N> {
         surface: &Surface,
         rays: u32,
         source: &mut S,
-        searched: &mut u64,
+        searched: &mut u32,
     ) -> bool {
         let Self { known, searches, asked } = self;
         *asked = asked.saturating_add(1);

@@ -58,7 +58,7 @@ pub struct Bundle {
 }
 
 /// So few lights are looked at whole, as most of them will be asked.
-const FEW: usize = 4;
+pub const FEW: usize = 4;
 
 /// A light that is asked.
 pub(super) struct Asked {

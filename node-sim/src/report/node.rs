@@ -20,7 +20,7 @@ pub struct NodeReport {
     /// What it did.
     pub counts: Counts,
     /// Its operations.
-    pub work: Work,
+    pub work: Work<u64>,
     /// Bytes that it was given.
     pub memory: usize,
     /// Bytes in use when each line was fullest: no less than were ever in use at once.

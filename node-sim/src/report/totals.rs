@@ -9,7 +9,7 @@ pub struct Totals {
     /// What the nodes did; peaks are those of the node that had the greatest.
     pub counts: Counts,
     /// Operations.
-    pub work: Work,
+    pub work: Work<u64>,
     /// Where the time of the nodes went.
     pub time: NodeTime,
     /// Packets on links, one for each hop; control packets not counted.

@@ -28,7 +28,7 @@ pub(crate) struct PlaceState {
     /// Where its time went, the present step not counted.
     pub(crate) time: NodeTime,
     /// What it did.
-    pub(crate) work: Work,
+    pub(crate) work: Work<u64>,
     /// Steps.
     pub(crate) steps: u64,
 }

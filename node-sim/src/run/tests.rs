@@ -24,7 +24,7 @@ struct Toy<'m> {
     /// When, from whom, which.
     arrived: Vec<(u64, NodeId, u32)>,
     /// Work for each letter.
-    work: u64,
+    work: u32,
 }
 
 impl<'m> Actor<'m> for Toy<'m> {
@@ -114,7 +114,7 @@ fn run_with_work(
     depth: u16,
     letters: &[Letter],
     settings: RunSettings,
-    work: u64,
+    work: u32,
     threads: usize,
 ) -> Seen {
     let mesh = Mesh::new(Topology::parse(shape, nodes).expect("a shape that exists"));
@@ -298,7 +298,7 @@ proptest! {
         ((shape, nodes), letters) in traffic(),
         depth in 1_u16..4,
         cut_through: bool,
-        work in 0_u64..2000,
+        work in 0_u32..2000,
     ) {
         let mut settings = settings();
         if !cut_through {

@@ -2,7 +2,7 @@ use kiloray_core::node::Work;
 use kiloray_sim::Profile;
 
 /// Operations that are fitted.
-const TERMS: usize = 15;
+const TERMS: usize = 16;
 /// How much the shape of `pc` counts against one picture: where pictures do not tell operations apart, it does.
 const HOLD: f64 = 0.01;
 /// Rounds of the descent: far more than it needs.
@@ -17,8 +17,8 @@ pub(super) struct Row {
 }
 
 impl Row {
-    /// Not yet timed, of a node's operations in a scene of so many lights.
-    pub(super) fn new(work: &Work, lights: usize) -> Self {
+    /// Not yet timed, of a node's operations in a scene where a hit takes so many estimates of lights.
+    pub(super) fn new(work: &Work<u64>, estimates: usize) -> Self {
         let counts = [
             work.nodes,
             work.leaves,
@@ -32,7 +32,8 @@ impl Row {
             work.bundle_triangles,
             work.bundle_ray_triangles,
             work.shadings,
-            work.shadings * lights as u64,
+            work.shadings * estimates as u64,
+            work.lights,
             work.light_samples,
             work.clips,
         ];
@@ -70,6 +71,7 @@ fn figures(profile: &mut Profile) -> [&mut f64; TERMS] {
         &mut profile.bundle_ray_triangle,
         &mut profile.shading,
         &mut profile.light,
+        &mut profile.light_bundle,
         &mut profile.light_sample,
         &mut profile.clip,
     ]

@@ -3,6 +3,7 @@ use std::{fmt, hint::black_box, sync::atomic::AtomicBool, thread};
 use cpu_time::ProcessTime;
 use kiloray_core::{network::Topology, scene::View};
 use kiloray_scene::{builtin, compile, kilo::KiloFile};
+use kiloray_sim::estimates;
 
 use super::fit::Row;
 use crate::{
@@ -66,7 +67,7 @@ impl Picture {
         let control = kiloray_sim::Control { cancel: &CANCEL, progress: &|_| {} };
         let simulated = kiloray_sim::simulate(&scene, &options, &control)
             .map_err(|error| sim::refused(error, &options))?;
-        let row = Row::new(&simulated.report.totals.work, scene.lights().len());
+        let row = Row::new(&simulated.report.totals.work, estimates(&scene, true));
 
         let options = kiloray_render::Options {
             settings: options.mesh.settings,
