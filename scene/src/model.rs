@@ -127,8 +127,8 @@ pub enum Emitter {
     Sampled {
         /// [input units], infinity for no limit.
         reach: f64,
-        /// Axis (unit) and half angle \[rad\] of a spotlight.
-        cone: Option<(DVec3, f64)>,
+        /// What makes it a spotlight.
+        cone: Option<Cone>,
     },
     /// They are sampled with a radiance that nobody sees: what is seen is the material itself
     /// (Radiance's `illum` with an alternate material).
@@ -155,8 +155,19 @@ pub struct Light {
     pub v: DVec3,
     /// Radiance, or intensity.
     pub radiance: DVec3,
-    /// Axis and half angle \[rad\] of a spotlight.
-    pub cone: Option<(DVec3, f64)>,
+    /// What makes it a spotlight.
+    pub cone: Option<Cone>,
+}
+
+/// Where the light of a spotlight goes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Cone {
+    /// Unit.
+    pub axis: DVec3,
+    /// \[rad\].
+    pub half_angle: f64,
+    /// Focal length [input units]: at distance `d` it brings the part `(d / (d + focus))²` of its light.
+    pub focus: f64,
 }
 
 /// A camera, input coordinates. See `kiloray_core::scene::View`.

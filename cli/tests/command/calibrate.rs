@@ -23,6 +23,7 @@ fn profile(ns: f64) -> Value {
         "bundle_ray_triangle",
         "shading",
         "light",
+        "light_bundle",
         "light_sample",
         "clip",
         "message",

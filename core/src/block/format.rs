@@ -65,7 +65,7 @@ use bytemuck::{Pod, Zeroable};
 /// The first four bytes of a file.
 pub const MAGIC: [u8; 4] = *b"KILO";
 /// The version of this layout. A reader refuses any other.
-pub const VERSION: u32 = 2;
+pub const VERSION: u32 = 3;
 /// Least size of a block.
 pub const BLOCK_BYTES_MIN: usize = 1 << 10;
 /// Greatest size of a block.

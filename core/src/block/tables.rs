@@ -53,7 +53,8 @@ fn light(l: &Light, materials: usize) -> bool {
         && l.reach >= 0.0
         && [l.position, l.u, l.v, l.cone].iter().all(finite)
         && not_negative(&l.radiance)
-        && l.cone_cos.is_finite()
+        && l.focus >= 0.0
+        && finite(&[l.cone_cos, l.focus, 0.0])
 }
 
 /// Checks a tree of so many lights: that each node ends where its second child does, and that there are as many leaves as lights.

@@ -18,6 +18,7 @@ pub struct Aim {
     radiance: Vec3,
     cone: Vec3,
     cone_cos: f32,
+    focus: f32,
     /// What the light would bring to a white surface without shadows, roughly: the greatest
     /// component of radiance times solid angle times cosine. Above zero.
     pub estimate: f32,
@@ -128,6 +129,7 @@ impl Aim {
                     radiance,
                     cone: Vec3::ZERO,
                     cone_cos: -1.0,
+                    focus: 0.0,
                     estimate,
                 });
             }
@@ -159,11 +161,15 @@ impl Aim {
             }
         };
         let cos = if distance > 0.0 { (height.abs() + radius) / distance } else { 1.0 };
-        let estimate = brightest * strength * cos.min(1.0);
+        let focus = light.focus;
+        let mut estimate = brightest * strength * cos.min(1.0);
+        if focus > 0.0 {
+            estimate *= Light::focal_part(focus, distance);
+        }
         if estimate.is_nan() || estimate <= 0.0 {
             return Err(Dark::Void);
         }
-        Ok(Self { shape, from, radiance, cone, cone_cos, estimate, solid_angle })
+        Ok(Self { shape, from, radiance, cone, cone_cos, focus, estimate, solid_angle })
     }
 
     /// Makes it ready for samples by solid angle, where it looks large; without this they are of its area.
@@ -179,7 +185,7 @@ impl Aim {
     #[must_use]
     pub fn projected<T: Tracer>(&self, tracer: T, normal: Vec3) -> Option<f32> {
         let (projected, center, radius, nearest, greatest) = match &self.shape {
-            _ if self.cone_cos > -1.0 => return None,
+            _ if self.is_spot() => return None,
             Shape::Flat(flat) => {
                 let projected = flat.projected(tracer, self.from, normal)?;
                 (projected, flat.center, flat.radius, flat.nearest, flat.greatest())
@@ -195,6 +201,11 @@ impl Aim {
         (greatest * cos <= MOST * projected).then_some(projected)
     }
 
+    /// Whether it brings more in some directions, or over some distances, than its size says.
+    fn is_spot(&self) -> bool {
+        self.cone_cos > -1.0 || self.focus > 0.0
+    }
+
     /// Its radiance.
     #[must_use]
     pub const fn radiance(&self) -> Vec3 {
@@ -206,7 +217,8 @@ impl Aim {
     #[must_use]
     pub fn sample<R: Real>(&self, numbers: [R; 2]) -> Sample<R> {
         let [like, _] = numbers;
-        let (direction, distance, normal, size, inverse, density, is_there) = match &self.shape {
+        let (direction, distance, normal, size, mut inverse, density, is_there) = match &self.shape
+        {
             Shape::Flat(flat) => {
                 let found = flat.sample(self.from, numbers);
                 (
@@ -233,7 +245,7 @@ impl Aim {
                     direction: Vector::same(like, to / distance),
                     end: Some(Vector::same(like, *position)),
                     distance: like.same(distance),
-                    inverse: like.same(1.0 / square),
+                    inverse: like.same(Light::focal_part(self.focus, distance) / square),
                     density: like.same(f32::INFINITY),
                     is_lit: like.always(),
                 };
@@ -254,6 +266,9 @@ impl Aim {
         if self.cone_cos > -1.0 {
             is_lit = is_lit & !like.same(self.cone_cos).above(-direction.on(self.cone));
         }
+        if self.focus > 0.0 {
+            inverse = inverse * Light::focal_part(self.focus, distance);
+        }
         let from = Vector::same(like, self.from);
         let end = before(from, direction, distance, normal, like.same(size));
         Sample { direction, end: Some(end), distance, inverse, density, is_lit }
@@ -263,7 +278,7 @@ impl Aim {
     #[cfg(feature = "bundles")]
     pub(crate) fn lamp(&self) -> Option<Lamp> {
         match &self.shape {
-            Shape::Flat(flat) if self.cone_cos <= -1.0 => flat.lamp(),
+            Shape::Flat(flat) if !self.is_spot() => flat.lamp(),
             _ => None,
         }
     }

@@ -75,6 +75,7 @@ impl Far<f32> {
     #[inline(always)]
     pub(crate) fn new(light: &Light) -> Option<Self> {
         let (part, sides) = match LightKind::from_u32(light.kind)? {
+            _ if light.focus > 0.0 => return None,
             LightKind::Parallelogram => (1.0, 0.5),
             LightKind::Triangle => (0.5, 1.0),
             LightKind::Disc => (PI, 1.0),

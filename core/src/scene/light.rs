@@ -1,3 +1,4 @@
+use crate::real::Real;
 use bytemuck::{Pod, Zeroable};
 
 /// The shape of a light.
@@ -65,6 +66,19 @@ pub struct Light {
     pub cone_cos: f32,
     /// Unit axis of that cone.
     pub cone: [f32; 3],
+    /// The focal length of a spotlight [scene units]: at distance `d` it brings as much as from `d + focus`, which is the part
+    /// `(d / (d + focus))²` of its light; 0 for none.
+    pub focus: f32,
 }
 
-const _: () = assert!(size_of::<Light>() == 76);
+impl Light {
+    /// The part of its light that it brings over a distance.
+    #[inline(always)]
+    #[must_use]
+    pub fn focal_part<R: Real>(focus: f32, distance: R) -> R {
+        let part = distance / (distance + focus);
+        part * part
+    }
+}
+
+const _: () = assert!(size_of::<Light>() == 80);

@@ -199,7 +199,9 @@ impl<'a> Shader<'a> {
             return emission;
         }
         let sampled = Aim::density(light, ray.origin, -surface.outgoing, surface.distance);
-        emission * self.share(path.density, sampled)
+        let part =
+            if light.focus > 0.0 { Light::focal_part(light.focus, surface.distance) } else { 1.0 };
+        emission * part * self.share(path.density, sampled)
     }
 
     /// Light from infinitely far.

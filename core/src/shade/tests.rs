@@ -47,6 +47,7 @@ fn light(kind: LightKind, position: Vec3, u: Vec3, v: Vec3, radiance: f32) -> Li
         v: v.into(),
         radiance: [radiance; 3],
         cone_cos: -1.0,
+        focus: 0.0,
         cone: [0.0; 3],
     }
 }

@@ -117,7 +117,7 @@ fn faces(light: &Light, place: Placement) -> bool {
 fn shines_on(light: &Light, center: DVec3, radius: f64, place: Placement) -> bool {
     let (axis, half) = match (light.kind, light.cone) {
         (LightKind::Spot, _) => (light.u, libm::acos(light.v.x.clamp(-1.0, 1.0))),
-        (_, Some(cone)) => cone,
+        (_, Some(cone)) => (cone.axis, cone.half_angle),
         _ => return true,
     };
     let middle = (place.lo + place.hi) * 0.5;

@@ -114,10 +114,10 @@ fn light(l: &model::Light, place: Placement) -> Light {
             (l.u, DVec3::new(l.v.x, versine, 0.0), 1.0)
         }
     };
-    let (cone, cone_cos) = match l.cone {
-        Some((axis, angle)) => (reals(axis.normalize_or_zero()), real(libm::cos(angle))),
-        None => ([0.0; 3], -1.0),
-    };
+    let (cone, cone_cos, focus) = l.cone.map_or(([0.0; 3], -1.0, 0.0), |cone| {
+        let axis = reals(cone.axis.normalize_or_zero());
+        (axis, real(libm::cos(cone.half_angle)), real((cone.focus * scale).max(0.0)))
+    });
     Light {
         kind: l.kind as u32,
         material: u32::MAX,
@@ -132,6 +132,7 @@ fn light(l: &model::Light, place: Placement) -> Light {
         radiance: rgb(l.radiance * power),
         cone_cos,
         cone,
+        focus,
     }
 }
 

@@ -49,9 +49,10 @@ fn lights(scale: f32) -> impl Strategy<Value = Light> {
         (vector(2.0), vector(1.5), vector(1.5), vector(1.0)),
         prop::array::uniform3(0.01f32..10.0),
         turned,
+        prop_oneof![Just(0f32), 0f32..2.0],
         any::<bool>(),
     )
-        .prop_map(move |(kind, (position, u, v, cone), radiance, cone_cos, square)| {
+        .prop_map(move |(kind, (position, u, v, cone), radiance, cone_cos, focus, square)| {
             let [position, u, v, cone] = [position, u, v, cone].map(Vec3::from);
             // Edges at right angles are sampled otherwise than others.
             let v = if square || kind == LightKind::Disc { u.cross(v) } else { v };
@@ -79,6 +80,7 @@ fn lights(scale: f32) -> impl Strategy<Value = Light> {
                 radiance,
                 cone_cos,
                 cone: unit(cone).into(),
+                focus: focus * scale,
             }
         })
 }
@@ -257,7 +259,9 @@ fn few_rays_of_many_points_are_those_made_one_by_one() {
                 let area = [0, 1].contains(&light.kind);
                 let size = if area { 0.02 * samples as f32 } else { 1.0 };
                 (light.u, light.v) = (light.u.map(|x| x * size), light.v.map(|x| x * size));
-                light.cone_cos = if area { -1.0 } else { light.cone_cos };
+                if area {
+                    (light.cone_cos, light.focus) = (-1.0, 0.0);
+                }
             }
             case.material = Material {
                 kind: MaterialKind::Opaque as u32,

@@ -59,6 +59,7 @@ fn lamp(random: &mut Random, scale: f32, offset: Vec3) -> Light {
         radiance: [1.0; 3],
         reach: f32::INFINITY,
         cone_cos: -1.0,
+        focus: 0.0,
         ..Light::zeroed()
     }
 }

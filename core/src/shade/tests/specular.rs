@@ -221,6 +221,43 @@ fn points_spots_and_reach() {
     assert_eq!(s.seen(&looking(Vec3::new(0.3, 0.0, 0.0), at), 0).0.x, 2.0);
 }
 
+/// As Radiance's `srcray` (`source.c`): the solid angle is that at the distance and the focal length.
+#[test]
+fn a_focal_length_dims_what_is_near() {
+    let at = Vec3::new(0.3, 0.0, 0.4);
+    let (distance, focus) = (0.5_f32, 0.25_f32);
+    let part = (distance / (distance + focus)).powi(2);
+    // Points, lamps that shadow rays find, and lamps that glossy rays find as often.
+    let glossy = Material { specular: [0.5; 3], roughness: 0.2, ..matt(0.0) };
+    let small = lamp(at, 0.02, 2.0);
+    let point = light(LightKind::Point, at, Vec3::ZERO, Vec3::ZERO, 2.0);
+    let great = lamp(at, 0.12, 2.0);
+    let eye = Vec3::new(-0.3, 0.0, 0.4);
+    for (material, lamp, within) in [
+        (matt(1.0), point, 1e-5),
+        (matt(1.0), small, 1e-3),
+        (glossy, small, 5e-3),
+        (glossy, great, 0.02),
+    ] {
+        let seen = |focus: f32| {
+            let mut s = scene(1 << 14, 1, 1);
+            floor(&mut s, material);
+            let lamp = Light { focus, ..lamp };
+            if LightKind::from_u32(lamp.kind) == Some(LightKind::Point) {
+                s.lights.push(lamp);
+            } else {
+                s.lamp(lamp);
+            }
+            // To the eye it is as bright as ever.
+            let looked_at = s.seen(&looking(Vec3::new(0.3, 0.0, 0.1), at), 0).0.x;
+            assert!(looked_at == 2.0 || lamp.kind == LightKind::Point as u32);
+            s.seen(&looking(eye, Vec3::ZERO), 0).0.x
+        };
+        let found = seen(focus) / seen(0.0);
+        assert!((found / part - 1.0).abs() < within, "{found} {part} {within}");
+    }
+}
+
 #[test]
 fn shadow_rays_lose_in_panes_what_the_panes_take() {
     let sheet = Material {

@@ -6,7 +6,7 @@ use kiloray_core::scene::{LightKind, ViewKind};
 use super::shapes::soup;
 use crate::compile::{Options, compile};
 use crate::kilo::KiloFile;
-use crate::model::{Light, Material, View};
+use crate::model::{Cone, Light, Material, View};
 
 /// A triangle of size 8 at 100: the frame's centre is (104, 104, 100), its unit 4.
 fn model() -> crate::model::Model {
@@ -40,7 +40,7 @@ fn lengths_shrink_by_the_unit_and_the_rest_stays() {
         light(LightKind::Spot, axis, DVec3::X * 0.5),
         light(LightKind::Distant, axis, DVec3::X * (1.0 - 1e-9)),
         Light {
-            cone: Some((axis, std::f64::consts::FRAC_PI_3)),
+            cone: Some(Cone { axis, half_angle: std::f64::consts::FRAC_PI_3, focus: 10.0 }),
             ..light(LightKind::Parallelogram, DVec3::Y, DVec3::X)
         },
     ];
@@ -74,7 +74,7 @@ fn lengths_shrink_by_the_unit_and_the_rest_stays() {
     assert!((distant.v[1] - 1e-9).abs() < 1e-15);
     assert_eq!((area.u, area.v), ([0.0, 0.25, 0.0], [0.25, 0.0, 0.0]));
     assert!((area.cone_cos - 0.5).abs() < 1e-7);
-    assert_eq!(area.cone, [0.0, 0.0, -1.0]);
+    assert_eq!((area.cone, area.focus, spot.focus), ([0.0, 0.0, -1.0], 2.5, 0.0));
     let [perspective, parallel] = file.views() else { panic!("two views") };
     assert_eq!(&perspective.name, b"a name that is longe");
     assert_eq!((perspective.size, parallel.size), ([40.0, 20.0], [10.0, 5.0]));
@@ -96,7 +96,7 @@ fn a_spotlight_that_faces_away_keeps_its_cone_where_it_is_seen() {
         radiance: DVec3::ONE,
         cone: None,
     };
-    let cone = Some((DVec3::Z, 0.2));
+    let cone = Some(Cone { axis: DVec3::Z, half_angle: 0.2, focus: 0.0 });
     let unseen = Light { material: None, cone, ..plain };
     let lights = |light: Light| {
         let model = crate::model::Model { lights: vec![light], ..model.clone() };

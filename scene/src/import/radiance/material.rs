@@ -9,15 +9,12 @@ use super::reader::Arguments;
 use super::xform::Xform;
 use crate::import::Cause;
 use crate::import::error::syntax;
-use crate::model::{Emitter, IOR, Material, Model};
+use crate::model::{Cone, Emitter, IOR, Material, Model};
 
 /// Index of refraction of `glass` without a fourth number.
 const GLASS_IOR: f64 = 1.52;
 /// Absorption where nothing is let through [1 / input unit]: black within any scene that f32 holds.
 const ABSORPTION_MAX: f64 = 1e20;
-
-/// A spotlight's direction that is no longer than this [input units] means no focal length.
-const FOCUS_MIN: f64 = 1e-3;
 
 /// Makes a material of its type and name and its arguments. `glow` in the answer: a source of it is seen only.
 ///
@@ -93,18 +90,13 @@ pub(super) fn material(
             let direction = place.vector(DVec3::new(x, y, z));
             let axis = direction.try_normalize();
             let axis = axis.ok_or_else(|| syntax("the spotlight's direction has no length"))?;
-            if direction.length() > FOCUS_MIN {
-                model.notes.add_named(
-                    "a spotlight with a focal length (the length of its direction): taken as 0, so it is brighter near by than Radiance's",
-                    name,
-                );
-            }
             if !(angle > 0.0 && angle <= 360.0) {
                 return Err(syntax(
                     "the spotlight's angle must be above 0 and at most 360 degrees",
                 ));
             }
-            let cone = Some((axis, (angle / 2.0).to_radians()));
+            let half_angle = (angle / 2.0).to_radians();
+            let cone = Some(Cone { axis, half_angle, focus: direction.length() });
             light(base, [r, g, b], Emitter::Sampled { reach: f64::INFINITY, cone })
         }
         (Stuff::Nothing, _) => {

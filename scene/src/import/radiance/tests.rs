@@ -295,9 +295,9 @@ near source g 0 0 4 0 0 1 180
             (LightKind::Distant, 0.0),
         ]
     );
-    let (axis, half) = model.lights[2].cone.unwrap();
-    assert_eq!(axis, -DVec3::Z);
-    assert!((half.to_degrees() - 30.0).abs() < 1e-12, "the angle is the full one");
+    let cone = model.lights[2].cone.unwrap();
+    assert_eq!((cone.axis, cone.focus), (-DVec3::Z, 3.0));
+    assert!((cone.half_angle.to_degrees() - 30.0).abs() < 1e-12, "the angle is the full one");
     assert_near(model.lights[3].u, [0.0, 0.6, 0.8]);
     assert!((model.lights[3].v.x - 5f64.to_radians().cos()).abs() < 1e-15);
     assert_eq!(model.spheres.len(), 4, "what only glows is seen");
