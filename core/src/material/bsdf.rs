@@ -32,6 +32,8 @@ pub struct Gloss {
     pub ahead: Vec3,
     /// The transmitted ray changes from outside to inside, or back.
     pub crosses: bool,
+    /// What a smooth highlight of plastic, metal or trans leaves to all else, seen from here; 1 where there is none.
+    pub left: f32,
 }
 
 /// Light from one direction in each lane, after the surface: see [`Bsdf::evaluate`].
@@ -61,12 +63,19 @@ impl Gloss {
         alpha: 0.0,
         ahead: Vec3::ZERO,
         crosses: false,
+        left: 1.0,
     };
 
     /// Whether what passes goes straight on, as shadow rays do.
     #[must_use]
     pub(crate) fn is_straight(&self) -> bool {
         self.alpha <= 0.0 && !self.crosses
+    }
+
+    /// Whether it takes more from what comes aslant.
+    #[inline(always)]
+    pub(crate) fn is_polished(&self) -> bool {
+        self.left < 1.0
     }
 
     #[cfg_attr(feature = "bundles", inline(always))]
@@ -79,12 +88,16 @@ impl Gloss {
                 // The roughness of nothing costs nothing.
                 let glossy = reflect != Vec3::ZERO || transmit != Vec3::ZERO;
                 let rough = glossy && material.roughness >= ROUGHNESS_MIN;
-                Self {
-                    reflect,
-                    transmit,
-                    alpha: if rough { material.roughness } else { 0.0 },
-                    ..none
+                if rough {
+                    return Self { reflect, transmit, alpha: material.roughness, ..none };
                 }
+                if !fresnel::is_polished(reflect) {
+                    return Self { reflect, transmit, ..none };
+                }
+                let more = fresnel::polish(surface.shading.dot(surface.outgoing).clamp(0.0, 1.0));
+                let left = 1.0 - more;
+                let reflect = reflect + (Vec3::ONE - reflect) * more;
+                Self { reflect, transmit: transmit * left, left, ..none }
             }
             MaterialKind::Mirror => Self { reflect: material.specular.into(), ..none },
             MaterialKind::Dielectric => {
@@ -131,11 +144,15 @@ impl Bsdf {
         };
         #[cfg(not(feature = "specular"))]
         let _ = surface;
+        #[cfg(feature = "specular")]
+        let gloss = Gloss::new(material, kind, surface);
+        #[cfg(feature = "specular")]
+        let (diffuse, through): (Vec3, Vec3) = (diffuse * gloss.left, through * gloss.left);
         Self {
             diffuse,
             through,
             #[cfg(feature = "specular")]
-            gloss: Gloss::new(material, kind, surface),
+            gloss,
         }
     }
 
@@ -183,6 +200,10 @@ impl Bsdf {
                 (R::select(is_lit, value, none), R::select(is_lit, density, none));
             let albedo = of_side(front, self.gloss.reflect, self.gloss.transmit, none);
             return Response { diffuse, gloss: Some((albedo * value, density)) };
+        }
+        #[cfg(feature = "specular")]
+        if self.gloss.is_polished() {
+            return Response { diffuse: diffuse * fresnel::polish(cos).complement(), gloss: None };
         }
         Response { diffuse, gloss: None }
     }

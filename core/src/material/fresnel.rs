@@ -1,6 +1,8 @@
 //! Smooth interfaces: what part is reflected.
 
 use crate::elementary::{exp2, log2};
+use crate::real::Real;
+use core::f32::consts::LOG2_E;
 use glam::Vec3;
 
 /// What an interface does with light from one side.
@@ -32,6 +34,20 @@ pub fn interface(outgoing: Vec3, normal: Vec3, ratio: f32) -> Interface {
         reflected: (0.5 * (s * s + p * p)).min(1.0),
         refracted: Some(direction / libm::sqrtf(direction.dot(direction))),
     }
+}
+
+/// Smooth highlights of plastic, metal and trans grow towards the horizon from this reflectance on.
+const POLISHED_MIN: f32 = 0.018;
+
+/// Whether a highlight of this reflectance is one of these, if it is smooth.
+pub(super) fn is_polished(reflectance: Vec3) -> bool {
+    reflectance.max_element() >= POLISHED_MIN
+}
+
+/// The part that a smooth highlight takes from all else at `cos` from the normal: Radiance's estimate (`FRESNE` of normal.c, 2.83).
+#[inline(always)]
+pub(super) fn polish<R: Real>(cos: R) -> R {
+    exp2(cos * (-5.85 * LOG2_E)) - 0.002_029_430_6
 }
 
 /// A thin pane of glass, seen at `cos` from its normal: the reflected and the transmitted part per channel, with all

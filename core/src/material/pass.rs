@@ -1,5 +1,5 @@
 use super::{OpticalDepth, ROUGHNESS_MIN, Surface, fresnel};
-use crate::geometry::{Hit, Ray};
+use crate::geometry::{Hit, PreparedRay, Primitive, Ray};
 use crate::scene::{Material, MaterialKind};
 use glam::Vec3;
 
@@ -33,7 +33,18 @@ impl OpticalDepth {
     }
 }
 
-/// What a shadow ray loses where it hits; [`OpticalDepth::OPAQUE`] if it stops there.
+/// Whether the ray meets the primitive a second time, behind this hit: a sphere is told once, with two crossings.
+fn is_met_again(ray: &Ray, hit: &Hit) -> bool {
+    match hit.primitive {
+        Primitive::Sphere { center, radius, .. } => {
+            let rest = Ray { t_min: hit.t.next_up(), ..*ray };
+            PreparedRay::new(&rest).sphere(center, radius).is_some()
+        }
+        Primitive::Triangle { .. } => false,
+    }
+}
+
+/// What a shadow ray loses where it hits, of a sphere at both its sides; [`OpticalDepth::OPAQUE`] if it stops there.
 ///
 /// It is a function of the material, the ray and the primitive's plane: shading normals do not count.
 #[must_use]
@@ -41,7 +52,7 @@ pub fn crossing(material: &Material, ray: &Ray, hit: &Hit) -> OpticalDepth {
     if !passes_shadow_rays(material) {
         return OpticalDepth::OPAQUE;
     }
-    match MaterialKind::from_u32(material.kind) {
+    let here = match MaterialKind::from_u32(material.kind) {
         Some(MaterialKind::Void) => OpticalDepth::CLEAR,
         Some(MaterialKind::Glass) => {
             let surface = Surface::new(ray, hit, false);
@@ -49,10 +60,19 @@ pub fn crossing(material: &Material, ray: &Ray, hit: &Hit) -> OpticalDepth {
             OpticalDepth::of(fresnel::pane(cos, index(material), material.transmit.into()).1)
         }
         Some(MaterialKind::Opaque) => {
-            OpticalDepth::of(Vec3::from(material.transmit) * material.transmit_specular)
+            let passed = Vec3::from(material.transmit) * material.transmit_specular;
+            let left = if fresnel::is_polished(material.specular.into()) {
+                let surface = Surface::new(ray, hit, false);
+                1.0 - fresnel::polish(surface.normal.dot(surface.outgoing).clamp(0.0, 1.0))
+            } else {
+                1.0
+            };
+            OpticalDepth::of(passed * left)
         }
         _ => OpticalDepth::OPAQUE,
-    }
+    };
+    // At the same angle.
+    if is_met_again(ray, hit) { here.and(here) } else { here }
 }
 
 /// The index of refraction; 1 where it makes no sense.

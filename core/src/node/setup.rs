@@ -87,7 +87,7 @@ impl Setup {
     /// did not say where points live, and rays did not say in which block they hit; 3 had a camera that did not divide
     /// pixels among their samples; 4 did not say how many lights a point asks; 5 did not number requests; 6 made other shadow rays, 7 had other
     /// units of very bright and very dim scenes.)
-    pub const VERSION: u32 = 9;
+    pub const VERSION: u32 = 10;
     /// Its length.
     pub const BYTES: usize = size_of::<Self>();
 

@@ -66,13 +66,13 @@ impl Point {
         }
     }
 
-    /// Whether it is of a flat surface without a rough lobe, in clear air: what light brings to it from one direction is a cosine.
+    /// Whether it is of a flat surface without a highlight that takes of it, in clear air: what light brings to it from one direction is a cosine.
     #[inline(always)]
     pub(super) fn is_matt(&self) -> bool {
         let Self { surface, path, .. } = self;
         let is_matt = surface.shading == surface.normal && path.medium == Path::AIR;
         #[cfg(feature = "specular")]
-        let is_matt = is_matt && self.bsdf.gloss.alpha <= 0.0;
+        let is_matt = is_matt && self.bsdf.gloss.alpha <= 0.0 && !self.bsdf.gloss.is_polished();
         is_matt
     }
 

@@ -88,8 +88,8 @@ fn lights(scale: f32) -> impl Strategy<Value = Light> {
 fn cases() -> impl Strategy<Value = Case> {
     let scale = prop::sample::select(vec![1.0f32, 1e-6, 1e6]);
     scale.prop_flat_map(|scale| {
-        let material = (parts(), parts(), parts(), 0f32..0.5, 0f32..1.0).prop_map(
-            |(diffuse, specular, transmit, roughness, transmit_specular)| Material {
+        let material = (parts(), parts(), parts(), prop_oneof![Just(0f32), 0f32..0.5], 0f32..1.0)
+            .prop_map(|(diffuse, specular, transmit, roughness, transmit_specular)| Material {
                 kind: MaterialKind::Opaque as u32,
                 roughness,
                 diffuse,
@@ -97,8 +97,7 @@ fn cases() -> impl Strategy<Value = Case> {
                 transmit,
                 transmit_specular,
                 ..Material::zeroed()
-            },
-        );
+            });
         let settings = (0_u16..=64, 1_u16..4, 1_u32..64, any::<u64>()).prop_map(
             |(shadow_samples, lights, samples, seed)| Settings {
                 samples,

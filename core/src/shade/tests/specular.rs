@@ -258,6 +258,51 @@ fn a_focal_length_dims_what_is_near() {
     }
 }
 
+/// Radiance's normal.c: what a smooth highlight of .04 or more takes towards the horizon is missing from all else, for light that comes
+/// and for light that leaves.
+#[test]
+fn smooth_highlights_take_more_aslant() {
+    let fresnel = |cos: f64| (-5.85 * cos).exp() - 0.002_029_430_64;
+    let floor_of = |specular: f32, roughness: f32| {
+        let sheet = Material { transmit: [0.3; 3], transmit_specular: 1.0, ..matt(0.5) };
+        Material { specular: [specular; 3], roughness, ..sheet }
+    };
+    // From 60 degrees a lamp at 72.5 is seen, in the mirror the sky, and through the sheet another.
+    let (eye, lamp) = (Vec3::new(-0.866_025_4, 0.0, 0.5), Vec3::new(0.953_939_2, 0.0, 0.3));
+    let seen = |specular: f32, roughness: f32, lit: [f32; 3]| {
+        let mut s = scene(1, 1, 1);
+        floor(&mut s, floor_of(specular, roughness));
+        s.lights.push(light(LightKind::Point, lamp, Vec3::ZERO, Vec3::ZERO, lit[0]));
+        for (up, radiance) in [(Vec3::Z, lit[1]), (Vec3::NEG_Z, lit[2])] {
+            // Seen only.
+            let half = light(LightKind::Distant, Vec3::ZERO, up, Vec3::ZERO, radiance);
+            s.lights.push(Light { reach: 0.0, ..half });
+        }
+        f64::from(s.seen(&looking(eye, Vec3::ZERO), 0).0.x)
+    };
+    let (from, to) = (fresnel(f64::from(lamp.z)), fresnel(0.5));
+    let matt = 0.5 * f64::from(lamp.z) / core::f64::consts::PI;
+    let close = |a: f64, b: f64| assert!((a / b - 1.0).abs() < 1e-5, "{a} {b}");
+    close(seen(0.04, 0.0, [1.0, 0.0, 0.0]), matt * (1.0 - from) * (1.0 - to));
+    close(seen(0.04, 0.0, [0.0, 1.0, 0.0]), 0.04 + 0.96 * to);
+    close(seen(0.04, 0.0, [0.0, 0.0, 1.0]), 0.3 * (1.0 - to));
+    close(seen(0.015, 0.0, [1.0, 0.0, 0.0]), matt);
+    close(seen(0.015, 0.0, [0.0, 1.0, 0.0]), 0.015);
+    // Shadow rays as well: from below, aslant by 60 degrees.
+    let through = |specular: f32| {
+        let mut s = scene(1, 0, 1);
+        floor(&mut s, super::matt(1.0));
+        let sheet = s.material(floor_of(specular, 0.0));
+        s.rectangle(sheet, Vec3::new(-1.0, -1.0, 0.1), Vec3::X * 2.0, Vec3::Y * 2.0);
+        let at = Vec3::new(0.866_025_4, 0.0, 0.5);
+        s.lights.push(light(LightKind::Point, at, Vec3::ZERO, Vec3::ZERO, 1.0));
+        f64::from(s.seen(&down(0.0, 0.0), 0).0.x)
+    };
+    // They begin a little above the great floor.
+    let passed = through(0.04) / through(0.015);
+    assert!((passed / (1.0 - to) - 1.0).abs() < 1e-4, "{passed}");
+}
+
 #[test]
 fn shadow_rays_lose_in_panes_what_the_panes_take() {
     let sheet = Material {
@@ -284,6 +329,17 @@ fn shadow_rays_lose_in_panes_what_the_panes_take() {
     close(lit(&[glass, sheet]), t * Vec3::new(0.4, 0.25, 0.0));
     assert_eq!(lit(&[glass, sheet, glass]), lit(&[sheet, glass, glass]));
     close(lit(&[material(MaterialKind::Void)]), Vec3::ONE);
+    // The far side of a ball weakens light as well as the near one, unless the light is within.
+    let through_ball = |radius: f32| {
+        let mut s = scene(1, 0, 1);
+        floor(&mut s, matt(1.0));
+        s.lights.push(light(LightKind::Point, Vec3::Z, Vec3::ZERO, Vec3::ZERO, 1.0));
+        let of = s.material(glass);
+        s.sphere(of, Vec3::Z * 0.7, radius);
+        s.seen(&down(0.0, 0.0), 0).0 * core::f32::consts::PI
+    };
+    close(through_ball(0.2), t * t);
+    close(through_ball(0.4), t);
     for blocks in [
         matt(0.0),
         material(MaterialKind::Dielectric),
