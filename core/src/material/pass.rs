@@ -1,5 +1,5 @@
 use super::{OpticalDepth, ROUGHNESS_MIN, Surface, fresnel};
-use crate::geometry::{Hit, PreparedRay, Primitive, Ray};
+use crate::geometry::{Hit, Primitive, Ray, sphere_roots};
 use crate::scene::{Material, MaterialKind};
 use glam::Vec3;
 
@@ -33,15 +33,11 @@ impl OpticalDepth {
     }
 }
 
-/// Whether the ray meets the primitive a second time, behind this hit: a sphere is told once, with two crossings.
-fn is_met_again(ray: &Ray, hit: &Hit) -> bool {
-    match hit.primitive {
-        Primitive::Sphere { center, radius, .. } => {
-            let rest = Ray { t_min: hit.t.next_up(), ..*ray };
-            PreparedRay::new(&rest).sphere(center, radius).is_some()
-        }
-        Primitive::Triangle { .. } => false,
-    }
+/// Whether a ray that meets a sphere at `t` meets it once more behind: it is told of it once.
+#[inline(never)]
+fn is_met_again(ray: &Ray, t: f32, center: Vec3, radius: f32) -> bool {
+    let roots = sphere_roots(ray.origin, ray.direction, center, radius);
+    roots.is_some_and(|roots| roots.far > t && roots.far <= ray.t_max)
 }
 
 /// What a shadow ray loses where it hits, of a sphere at both its sides; [`OpticalDepth::OPAQUE`] if it stops there.
@@ -71,8 +67,13 @@ pub fn crossing(material: &Material, ray: &Ray, hit: &Hit) -> OpticalDepth {
         }
         _ => OpticalDepth::OPAQUE,
     };
-    // At the same angle.
-    if is_met_again(ray, hit) { here.and(here) } else { here }
+    match hit.primitive {
+        // At the same angle.
+        Primitive::Sphere { center, radius, .. } if is_met_again(ray, hit.t, center, radius) => {
+            here.and(here)
+        }
+        _ => here,
+    }
 }
 
 /// The index of refraction; 1 where it makes no sense.
