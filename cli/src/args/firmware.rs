@@ -43,6 +43,6 @@ mod tests {
             assert!(number(3) <= STATICS && number(4) <= STACK, "{row}");
             count += 1;
         }
-        assert_eq!(count, 7);
+        assert_eq!(count, 8);
     }
 }
