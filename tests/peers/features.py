@@ -1,6 +1,6 @@
 """One feature of Radiance's files after the other, in a room with a floor, a wall and a lamp, against rpict: the mean of smooth pixels, to 0.3 %.
 
-features.py KILORAY..   the command that renders; oconv and rpict on the path"""
+features.py KILORAY   the command that renders; oconv and rpict on the path"""
 import json
 import os
 import subprocess
@@ -70,7 +70,7 @@ VIEWS = {
 SCENES.update({name: LIT + MATT + BALL for name in VIEWS})
 
 WITHIN = 0.003
-SIZE = '256'
+SIZE = '160'
 
 
 def run(command, **more):
@@ -88,19 +88,20 @@ def difference(kiloray, scene, view):
     options = '-w -ab 0 -ds .02 -dj .9 -dt 0 -dc 1 -dr 0 -st 0 -ss 16 -lr 8 -lw 1e-4 -ps 1 -pj .9'.split()
     with open('radiance.hdr', 'wb') as out:
         run(['rpict', *options, '-vf', 'view.vf', '-x', SIZE, '-y', SIZE, 'scene.oct'], stdout=out)
-    run([*kiloray, 'render', 'scene.rad', '--view', 'view.vf', '--width', SIZE, '--height', SIZE,
+    run([kiloray, 'render', 'scene.rad', '--view', 'view.vf', '--width', SIZE, '--height', SIZE,
          '--samples', '16', '--quiet', '-o', 'kiloray.exr'], stderr=subprocess.DEVNULL)
-    run([*kiloray, 'compare', 'radiance.hdr', 'kiloray.exr', '--json', 'measures.json'], stdout=subprocess.DEVNULL)
+    run([kiloray, 'compare', 'radiance.hdr', 'kiloray.exr', '--json', 'measures.json'], stdout=subprocess.DEVNULL)
     with open('measures.json', encoding='utf-8') as found:
         return json.load(found)['measures']['smooth']['mean_ratio'] - 1
 
 
 def main():
+    kiloray = os.path.abspath(sys.argv[1])
     failed = 0
     with tempfile.TemporaryDirectory() as folder:
         os.chdir(folder)
         for name, scene in SCENES.items():
-            part = difference(sys.argv[1:], scene, VIEWS.get(name, VIEW))
+            part = difference(kiloray, scene, VIEWS.get(name, VIEW))
             ok = abs(part) <= WITHIN
             failed += not ok
             print('%-32s %+.3f %%%s' % (name, 100 * part, '' if ok else '  FAILED'), flush=True)
