@@ -207,8 +207,8 @@ impl Profile {
 
 /// A Cortex-M with a floating-point unit for single precision, by the time of an instruction \[ns\].
 ///
-/// The instructions of each operation are those that `node-board/instructions` counts for an M4F and firmware made for size: the fit is 14 and 10 % above
-/// colour-cube:6 and sinc:24, 6 % below cornell, and 43 % below glass, whose spheres are tested in double precision, in software. Clips are not among them: they are worked out, of
+/// The instructions of each operation are those that `node-board/instructions` counts for an M4F and firmware made for size: the fit is 7 and 10 % above
+/// colour-cube:6 and sinc:24, 1 % below cornell, and 24 % below glass, whose spheres are tested in double precision, in software. Clips are not among them: they are worked out, of
 /// 3000 operations in double precision of 80 instructions each.
 const fn cortex_m(name: &'static str, ns: f64) -> Profile {
     Profile {
@@ -216,11 +216,11 @@ const fn cortex_m(name: &'static str, ns: f64) -> Profile {
         source: Cow::Borrowed(
             "instructions of the firmware counted under an emulator, times what the machine's papers say of one; right within a half",
         ),
-        node: 725.0 * ns,
-        leaf: 1170.0 * ns,
-        block: 529.0 * ns,
-        ray: 1516.0 * ns,
-        shadow_ray: 929.0 * ns,
+        node: 941.0 * ns,
+        leaf: 1028.0 * ns,
+        block: 455.0 * ns,
+        ray: 1411.0 * ns,
+        shadow_ray: 761.0 * ns,
         together: false,
         bundle_ray: 0.0,
         bundle_node: 0.0,
@@ -228,17 +228,17 @@ const fn cortex_m(name: &'static str, ns: f64) -> Profile {
         bundle_ray_box: 0.0,
         bundle_triangle: 0.0,
         bundle_ray_triangle: 0.0,
-        shading: 5621.0 * ns,
-        light: 589.0 * ns,
+        shading: 5418.0 * ns,
+        light: 545.0 * ns,
         // It is in the others: pictures of few lights do not tell them apart.
         light_bundle: 0.0,
-        light_sample: 1355.0 * ns,
+        light_sample: 1356.0 * ns,
         clip: 240_000.0 * ns,
-        message: 2206.0 * ns,
+        message: 2120.0 * ns,
         copy: 1.3 * ns,
-        check: 13.3 * ns,
+        check: 14.5 * ns,
         // What the router has of a message: half of it.
-        forward: 1100.0 * ns,
+        forward: 1060.0 * ns,
     }
 }
 

@@ -70,7 +70,7 @@ fn main() -> ! {
 async fn watch() {
     let mut most = 0;
     loop {
-        embassy_time::Timer::after_millis(500).await;
+        embassy_time::Timer::after_millis(50).await;
         let used = stack::used_bytes();
         if used > most {
             most = used;
