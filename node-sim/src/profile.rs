@@ -2,7 +2,7 @@ use std::borrow::Cow;
 
 use kiloray_core::block::KiloView;
 use kiloray_core::node::Work;
-use kiloray_core::shade::FEW;
+use kiloray_core::shade::FEW_LIGHTS;
 use serde::{Deserialize, Serialize};
 
 use crate::NodeTime;
@@ -305,7 +305,7 @@ pub fn estimates(scene: &KiloView<'_>, lanes: bool) -> usize {
     let lights = scene.lights().len();
     if !scene.light_tree().is_empty() {
         64 + 16 * lights.ilog2() as usize
-    } else if lanes && lights > FEW {
+    } else if lanes && lights > FEW_LIGHTS {
         lights.div_ceil(8)
     } else {
         lights

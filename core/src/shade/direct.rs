@@ -58,7 +58,7 @@ pub struct Bundle {
 }
 
 /// So few lights are looked at whole, as most of them will be asked.
-pub const FEW: usize = 4;
+pub const FEW_LIGHTS: usize = 4;
 
 /// A light that is asked.
 pub(super) struct Asked {
@@ -183,7 +183,7 @@ impl Shader<'_> {
 
     /// Whether lights are looked at quickly first.
     const fn are_many(&self) -> bool {
-        self.tables.lights.len() > FEW
+        self.tables.lights.len() > FEW_LIGHTS
     }
 
     /// What a quick look at a light shows, where they are many; of the first of them it is known.

@@ -47,7 +47,7 @@ mod tree;
 #[cfg(feature = "specular")]
 pub use children::Child;
 pub use counts::Counts;
-pub use direct::{Bundle, Direct, FEW};
+pub use direct::{Bundle, Direct, FEW_LIGHTS};
 #[cfg(feature = "bundles")]
 pub use few::FewRays;
 pub use memo::Memo;
