@@ -330,6 +330,10 @@ mod tests {
         let time = Profile { node: 10.0, shading: 7.0, copy: 0.5, ..Profile::PC }.time(&work, 2.0);
         assert_eq!((time.trace, time.shade, time.copies), (60, 28, 1000));
         assert_eq!(time.busy(), 1088);
+        let asked = Work { lights: 3, light_samples: 4, ..Work::default() };
+        let time =
+            Profile { light_bundle: 5.0, light_sample: 2.0, ..Profile::PC }.time(&asked, 1.0);
+        assert_eq!(time.shade, 23);
         let slow = Profile { forward: 100.0, copy: 0.5, ..Profile::PC };
         assert_eq!((slow.forwarding(50, 2.0), Profile::PC.forwarding(50, 2.0)), (300, 0));
     }

@@ -2,7 +2,7 @@
 
 use crate::{
     Control, Crash, Error, Link, MeshOptions, Options, Outcome, Profile, Rate, Slow, Status,
-    simulate,
+    estimates, simulate,
 };
 use kiloray_core::network::{NodeId, Topology};
 use kiloray_core::node::{Dealing, PointHome, Schedule, ShadowPolicy, TaskOrder};
@@ -60,6 +60,15 @@ fn same(file: &KiloFile, options: &Options) -> Outcome {
         options.mesh.topology
     );
     outcome
+}
+
+#[test]
+fn lanes_estimate_eight_of_many_lights_together() {
+    for (name, [lanes, one_by_one]) in [("cornell", [1, 1]), ("conference", [3, 24])] {
+        let scene = scene(name, 4096);
+        let found = [true, false].map(|lanes| estimates(&scene.view(), lanes));
+        assert_eq!(found, [lanes, one_by_one], "{name}");
+    }
 }
 
 #[test]
