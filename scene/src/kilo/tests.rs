@@ -1,11 +1,12 @@
 use std::fs;
 use std::io::{self, Write};
+use std::mem::offset_of;
 use std::path::PathBuf;
 
 use glam::DVec3;
 use kiloray_core::block::format::{BlockHeader, Child, FileHeader, Node, VERSION};
-use kiloray_core::block::{BlockError, FileError, KiloView, checksum};
-use kiloray_core::scene::Needs;
+use kiloray_core::block::{BlockError, FileError, KiloView, Table, checksum};
+use kiloray_core::scene::{Light as LightEntry, Needs};
 use proptest::prelude::*;
 
 use super::write::write_with;
@@ -226,6 +227,32 @@ fn a_file_without_blocks_is_refused_by_every_reader() {
     for read in [KiloFile::open, KiloFile::map] {
         let error = read(&path).unwrap_err();
         assert!(matches!(error, KiloError::Damaged { error: FileError::Header, .. }), "{error}");
+    }
+}
+
+#[test]
+fn a_light_without_sense_is_refused() {
+    let with = |field: usize, value: f32| {
+        let first = compiled().header().lights.at as usize + field;
+        forged(|bytes| bytes[first..first + 4].copy_from_slice(&value.to_le_bytes()))
+    };
+    let [focus, reach, cos] = [
+        offset_of!(LightEntry, focus),
+        offset_of!(LightEntry, reach),
+        offset_of!(LightEntry, cone_cos),
+    ];
+    assert!(with(focus, 3.0).is_ok() && with(reach, f32::INFINITY).is_ok());
+    for (field, value) in [
+        (focus, -1.0),
+        (focus, f32::INFINITY),
+        (focus, f32::NAN),
+        (reach, -1.0),
+        (reach, f32::NAN),
+        (cos, f32::NAN),
+    ] {
+        let refused = with(field, value);
+        let expected = FileError::Table { table: Table::Lights, entry: 0 };
+        assert!(matches!(refused, Err(KiloError::Refused(e)) if e == expected), "{field} {value}");
     }
 }
 
