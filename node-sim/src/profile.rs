@@ -2,6 +2,7 @@ use std::borrow::Cow;
 
 use kiloray_core::block::KiloView;
 use kiloray_core::node::Work;
+use kiloray_core::real::LANES;
 use kiloray_core::shade::FEW_LIGHTS;
 use serde::{Deserialize, Serialize};
 
@@ -306,7 +307,7 @@ pub fn estimates(scene: &KiloView<'_>, lanes: bool) -> usize {
     if !scene.light_tree().is_empty() {
         64 + 16 * lights.ilog2() as usize
     } else if lanes && lights > FEW_LIGHTS {
-        lights.div_ceil(8)
+        lights.div_ceil(LANES)
     } else {
         lights
     }

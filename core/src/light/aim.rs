@@ -162,10 +162,7 @@ impl Aim {
         };
         let cos = if distance > 0.0 { (height.abs() + radius) / distance } else { 1.0 };
         let focus = light.focus;
-        let mut estimate = brightest * strength * cos.min(1.0);
-        if focus > 0.0 {
-            estimate *= Light::focal_part(focus, distance);
-        }
+        let estimate = brightest * strength * cos.min(1.0) * Light::focal_part(focus, distance);
         if estimate.is_nan() || estimate <= 0.0 {
             return Err(Dark::Void);
         }
@@ -217,8 +214,7 @@ impl Aim {
     #[must_use]
     pub fn sample<R: Real>(&self, numbers: [R; 2]) -> Sample<R> {
         let [like, _] = numbers;
-        let (direction, distance, normal, size, mut inverse, density, is_there) = match &self.shape
-        {
+        let (direction, distance, normal, size, inverse, density, is_there) = match &self.shape {
             Shape::Flat(flat) => {
                 let found = flat.sample(self.from, numbers);
                 (
@@ -266,11 +262,9 @@ impl Aim {
         if self.cone_cos > -1.0 {
             is_lit = is_lit & !like.same(self.cone_cos).above(-direction.on(self.cone));
         }
-        if self.focus > 0.0 {
-            inverse = inverse * Light::focal_part(self.focus, distance);
-        }
         let from = Vector::same(like, self.from);
         let end = before(from, direction, distance, normal, like.same(size));
+        let inverse = inverse * Light::focal_part(self.focus, distance);
         Sample { direction, end: Some(end), distance, inverse, density, is_lit }
     }
 

@@ -91,12 +91,9 @@ impl Gloss {
                 if rough {
                     return Self { reflect, transmit, alpha: material.roughness, ..none };
                 }
-                if !fresnel::is_polished(reflect) {
-                    return Self { reflect, transmit, ..none };
-                }
-                let more = fresnel::polish(surface.shading.dot(surface.outgoing).clamp(0.0, 1.0));
-                let left = 1.0 - more;
-                let reflect = reflect + (Vec3::ONE - reflect) * more;
+                let taken = fresnel::taken(reflect, || surface.shading.dot(surface.outgoing));
+                let left = 1.0 - taken;
+                let reflect = reflect + (Vec3::ONE - reflect) * taken;
                 Self { reflect, transmit: transmit * left, left, ..none }
             }
             MaterialKind::Mirror => Self { reflect: material.specular.into(), ..none },

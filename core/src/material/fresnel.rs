@@ -39,12 +39,13 @@ pub fn interface(outgoing: Vec3, normal: Vec3, ratio: f32) -> Interface {
 /// Smooth highlights of plastic, metal and trans grow towards the horizon from this reflectance on.
 const POLISHED_MIN: f32 = 0.018;
 
-/// Whether a highlight of this reflectance is one of these, if it is smooth.
-pub(super) fn is_polished(reflectance: Vec3) -> bool {
-    reflectance.max_element() >= POLISHED_MIN
+/// The part that a smooth highlight of this reflectance takes from all else, at `cos` from the normal; 0 if it is too weak.
+#[inline(always)]
+pub(super) fn taken(reflectance: Vec3, cos: impl FnOnce() -> f32) -> f32 {
+    if reflectance.max_element() >= POLISHED_MIN { polish(cos().clamp(0.0, 1.0)) } else { 0.0 }
 }
 
-/// The part that a smooth highlight takes from all else at `cos` from the normal: Radiance's estimate (`FRESNE` of normal.c, 2.83).
+/// The same of a highlight that is strong enough: Radiance's estimate (`FRESNE` of normal.c, 2.83).
 #[inline(always)]
 pub(super) fn polish<R: Real>(cos: R) -> R {
     exp2(cos * (-5.85 * LOG2_E)) - 0.002_029_430_6

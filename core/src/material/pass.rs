@@ -48,22 +48,18 @@ pub fn crossing(material: &Material, ray: &Ray, hit: &Hit) -> OpticalDepth {
     if !passes_shadow_rays(material) {
         return OpticalDepth::OPAQUE;
     }
+    let cos = || {
+        let surface = Surface::new(ray, hit, false);
+        surface.normal.dot(surface.outgoing)
+    };
     let here = match MaterialKind::from_u32(material.kind) {
         Some(MaterialKind::Void) => OpticalDepth::CLEAR,
         Some(MaterialKind::Glass) => {
-            let surface = Surface::new(ray, hit, false);
-            let cos = surface.normal.dot(surface.outgoing);
-            OpticalDepth::of(fresnel::pane(cos, index(material), material.transmit.into()).1)
+            OpticalDepth::of(fresnel::pane(cos(), index(material), material.transmit.into()).1)
         }
         Some(MaterialKind::Opaque) => {
             let passed = Vec3::from(material.transmit) * material.transmit_specular;
-            let left = if fresnel::is_polished(material.specular.into()) {
-                let surface = Surface::new(ray, hit, false);
-                1.0 - fresnel::polish(surface.normal.dot(surface.outgoing).clamp(0.0, 1.0))
-            } else {
-                1.0
-            };
-            OpticalDepth::of(passed * left)
+            OpticalDepth::of(passed * (1.0 - fresnel::taken(material.specular.into(), cos)))
         }
         _ => OpticalDepth::OPAQUE,
     };

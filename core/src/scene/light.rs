@@ -72,10 +72,13 @@ pub struct Light {
 }
 
 impl Light {
-    /// The part of its light that it brings over a distance.
+    /// The part of its light that one of this focal length brings over a distance; all without one.
     #[inline(always)]
     #[must_use]
     pub fn focal_part<R: Real>(focus: f32, distance: R) -> R {
+        if focus <= 0.0 {
+            return distance.same(1.0);
+        }
         let part = distance / (distance + focus);
         part * part
     }

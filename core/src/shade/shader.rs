@@ -199,8 +199,7 @@ impl<'a> Shader<'a> {
             return emission;
         }
         let sampled = Aim::density(light, ray.origin, -surface.outgoing, surface.distance);
-        let part =
-            if light.focus > 0.0 { Light::focal_part(light.focus, surface.distance) } else { 1.0 };
+        let part = Light::focal_part(light.focus, surface.distance);
         emission * part * self.share(path.density, sampled)
     }
 

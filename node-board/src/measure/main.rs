@@ -48,7 +48,7 @@ fn measure() -> Result<(), picture::PictureError> {
     println!("lights {}", file.lights().len());
     // Its columns: what a step did, then the ticks that it took.
     println!(
-        "step nodes leaves blocks rays shadow_rays shadings lights light_samples clips messages copied ticks"
+        "step nodes leaves blocks rays shadow_rays shadings light_samples clips messages copied ticks"
     );
     let done = engine::render_by(&file, arena, pixels, |node| {
         let begin = ticks::now();
@@ -56,14 +56,13 @@ fn measure() -> Result<(), picture::PictureError> {
         let ticks = ticks::now() - begin;
         let w = &progress.work;
         println!(
-            "step {} {} {} {} {} {} {} {} {} {} {} {}",
+            "step {} {} {} {} {} {} {} {} {} {} {}",
             w.nodes,
             w.leaves,
             w.blocks,
             w.rays,
             w.shadow_rays,
             w.shadings,
-            w.lights,
             w.light_samples,
             w.clips,
             w.messages,
