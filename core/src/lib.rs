@@ -11,7 +11,7 @@
 //! | [`real`] | numbers of one sample, or of as many at once as a vector holds |
 //! | [`scene`] | the tables of a scene: materials, lights, views |
 //! | [`geometry`] | rays, boxes, triangles, spheres, pyramids, and the bounds of their rounding |
-//! | [`block`] | a piece of the octree in bytes, the file that holds them, and their checked reader |
+//! | [`block`] | a piece of the tree in bytes, the file that holds them, and their checked reader |
 //! | [`trace`] | closest hit and any hit over blocks: single rays, batches, bundles |
 //! | [`path`] | names of paths |
 //! | [`random`] | low-discrepancy numbers as functions of those names |
@@ -19,7 +19,7 @@
 //! | [`material`] | what surfaces do with light |
 //! | [`light`] | lights as seen from a point, and samples of them |
 //! | [`shade`] | the rendering equation: what a ray brings, and which rays follow it |
-//! | [`store`] | a node's memory: arena, budget, block cache, pools and queues |
+//! | [`store`] | a node's memory: arena, budget, block cache and queues |
 //! | [`network`] | topologies and their routes, credits of links |
 //! | [`protocol`] | what nodes say to each other |
 //! | [`render`] | a picture on one node: tiles of pixels, rendered inside one arena |

@@ -4,7 +4,7 @@ use crate::Error;
 
 /// What a node's process holds beside its arena and its blocks: the program, the network and their threads.
 ///
-/// Measured: 26 to 36 MiB with up to 16 neighbours, most of it stacks of threads that are reserved and not used, so that the resident set is less. One that lost its way
+/// Measured: 26 to 36 MiB with up to 16 neighbours, most of it stacks of threads that are reserved and not used, so that the resident set is less. One that runs away
 /// soon holds more.
 pub const PROCESS_BYTES: usize = 64 << 20;
 

@@ -267,7 +267,7 @@ impl Machine {
             leaf: 135.0 * float + 180.0 * other,
             // The frame's scale and pad; the table of blocks.
             block: 40.0 * float + 120.0 * other,
-            // Three reciprocals, shear, octants; the path is taken from its slot and put back.
+            // Three reciprocals, shear, signs; the path is taken from its slot and put back.
             ray: 100.0 * float + 200.0 * other,
             shadow_ray: 100.0 * float + 150.0 * other,
             // Without lanes there is nothing in it.

@@ -1,4 +1,4 @@
-//! A block: a piece of the octree as position-independent bytes, read in place.
+//! A block: a piece of the tree as position-independent bytes, read in place.
 //!
 //! [`format`] is the layout, byte by byte. [`BlockView::parse`] checks every index of a block once, on
 //! arrival; nothing of a block is trusted before. [`KiloView`] reads a whole file, from a mapping or

@@ -61,16 +61,6 @@ impl Aabb {
     pub fn center(&self) -> Vec3 {
         self.min * 0.5 + self.max * 0.5
     }
-
-    /// Half its surface.
-    #[must_use]
-    pub fn half_area(&self) -> f32 {
-        if self.is_empty() {
-            return 0.0;
-        }
-        let e = self.max - self.min;
-        e.x * e.y + e.y * e.z + e.z * e.x
-    }
 }
 
 #[cfg(test)]
@@ -93,7 +83,6 @@ mod tests {
         assert!(!own.is_empty());
         assert!(Aabb::EMPTY.is_empty());
         assert_eq!(Aabb::EMPTY.union(own), own);
-        assert_eq!(own.half_area(), 1.0);
         assert!(own.contains(&Aabb::EMPTY.with(Vec3::new(0.5, 0.5, 0.0))));
     }
 }

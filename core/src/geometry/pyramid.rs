@@ -143,7 +143,7 @@ impl Pyramid {
         Self { own: sphere.then_some((Vec3::from_array(light.position), radius)), ..self }
     }
 
-    /// A direction in the middle of the bundle, of no particular length: its signs are the order of octants.
+    /// A direction in the middle of the bundle, of no particular length: its signs choose the order of children.
     #[must_use]
     pub fn direction(&self) -> Vec3 {
         self.direction

@@ -3,13 +3,6 @@
 /// The unit roundoff of f32, `u = 2⁻²⁴`: a single operation errs by at most this part of its result.
 pub const UNIT_ROUNDOFF: f32 = 1.0 / (1 << 24) as f32;
 
-/// `γ(n) = n u / (1 - n u)`: the greatest relative error of `n` operations in a row (Higham 2002, 3.1).
-#[must_use]
-pub const fn gamma(n: u32) -> f32 {
-    let nu = n as f32 * UNIT_ROUNDOFF;
-    nu / (1.0 - nu)
-}
-
 /// The lesser of two; `b` where they are equal or one is NaN. The rule of x86's `minps`.
 #[inline(always)]
 #[must_use]
@@ -36,11 +29,5 @@ mod tests {
         assert!(max(0.0, -0.0).is_sign_negative());
         assert!(min(-0.0, 0.0).is_sign_positive());
         assert_eq!((min(1.0, 2.0), max(1.0, 2.0)), (1.0, 2.0));
-    }
-
-    #[test]
-    fn gamma_bounds_products_of_rounded_numbers() {
-        assert_eq!(gamma(1), 5.960_465e-8);
-        assert!(gamma(5) > 5.0 * UNIT_ROUNDOFF);
     }
 }

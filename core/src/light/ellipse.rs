@@ -1,4 +1,5 @@
 use super::flat::concentric;
+use super::triangle::unit;
 use crate::real::{Real, Vector};
 use core::f32::consts::PI;
 use glam::Vec3;
@@ -50,9 +51,4 @@ impl Ellipse {
         let z = aside.dot(aside).complement().sqrt();
         (aside + Vector::along(self.z, z), z.same(self.area) / z)
     }
-}
-
-fn unit(v: Vec3) -> Option<Vec3> {
-    let len = libm::sqrtf(v.dot(v));
-    (len > 0.0).then(|| v / len)
 }

@@ -58,7 +58,8 @@ impl SphericalTriangle {
     }
 }
 
-fn unit(v: Vec3) -> Option<Vec3> {
+/// `v` at unit length.
+pub(super) fn unit(v: Vec3) -> Option<Vec3> {
     let len = libm::sqrtf(v.dot(v));
     (len > 0.0).then(|| v / len)
 }

@@ -1,6 +1,6 @@
 use super::buffers::{ARRIVED, RouterMemory, RouterSize, Slot};
 use super::packet::{Channel, LANES, Lane, PacketHeader};
-use super::port::{ASK, PortState, TELL};
+use super::port::{ASK, TELL};
 use super::{Arrival, Mesh, NodeId, Port, Sequence};
 use crate::store::{Arena, ArenaFull};
 use choice::{Sent, fresh};
@@ -187,11 +187,11 @@ impl<'a> Router<'a> {
         core::mem::take(&mut self.news)
     }
 
-    /// Whether a packet can leave by a port now.
+    /// Whether [`transmit`](Self::transmit) has something to send by a port now.
     #[must_use]
     pub fn is_ready(&self, port: Port) -> bool {
-        let state = self.memory.ports.get(usize::from(port.0));
-        self.next_for(port).is_some() || state.is_some_and(PortState::owes_credit)
+        let state = self.memory.ports.get(usize::from(port.0)).filter(|state| state.is_joined());
+        state.is_some_and(|state| self.next_for(port).is_some() || state.owes_credit())
     }
 
     /// Greatest payload of a packet of a channel \[bytes\].
@@ -290,14 +290,6 @@ impl<'a> Router<'a> {
             Some(next) => self.send(port, next, out),
             None => self.control(port, out),
         }
-    }
-
-    /// Whether [`transmit`](Self::transmit) has something to send by this port.
-    #[must_use]
-    pub fn would_transmit(&self, port: Port) -> bool {
-        let state = self.memory.ports.get(usize::from(port.0));
-        let state = state.filter(|state| state.is_joined());
-        state.is_some_and(|state| self.next_for(port).is_some() || state.owes_credit())
     }
 
     /// To be called at intervals where packets can be lost or overtaken: asks for credit that is overdue, so that lost packets and lost credit heal.

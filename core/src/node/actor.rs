@@ -40,7 +40,7 @@ pub struct Node<'a, W> {
     pub(super) parked: usize,
     /// Shadow rays are traced until none is left to be: they are sorted.
     pub(super) draining: bool,
-    /// The order of lights in which they were sorted last.
+    /// The last sort was descending: the direction alternates.
     pub(super) turned: bool,
     /// Tiles first, then visits.
     pub(super) roots: &'a mut [Root],
@@ -51,8 +51,9 @@ pub struct Node<'a, W> {
     /// Visits among the roots.
     pub(super) visitors: u16,
     pub(super) fetches: &'a mut [FetchSlot],
-    /// Some fetch may be to be sent, or complete: where not, none is looked for.
+    /// Some fetch may be to be sent: while not, the table is not looked through for one.
     pub(super) unsent: bool,
+    /// Some fetch may be complete: likewise.
     pub(super) complete: bool,
     /// Some ray waits for a block for which there was no frame.
     pub(super) starved: bool,
@@ -71,7 +72,7 @@ pub struct Node<'a, W> {
     pub(super) suspects: [u16; SUSPECTS],
     /// Nodes that would take some of its work.
     pub(super) helpers: Helpers,
-    /// How much sooner blocks are asked for again than `patience` has it: where packets are lost, and none is late.
+    /// How often the first time limit of a fetch is halved, as packets are lost here rather than late.
     pub(super) haste: u8,
     /// How long fetches and rays have taken, smoothed.
     pub(super) fetch_time: Time,
@@ -324,7 +325,7 @@ impl<'a, W: World> Node<'a, W> {
     }
 
     fn lack(&self) -> Lack {
-        if self.fetches.iter().any(|fetch| fetch.state != 0) {
+        if !self.fetches.iter().all(FetchSlot::is_free) {
             Lack::Data
         } else if self.rays.iter().any(|slot| slot.stage() == Stage::Away) {
             Lack::Answers
@@ -340,10 +341,11 @@ impl<'a, W: World> Node<'a, W> {
         outbox.push(router, to, message, now, counts, work)
     }
 
+    #[cfg_attr(not(feature = "bundles"), inline(never))]
     pub(super) fn enqueue(&mut self, slot: u16) {
         // There are as many places as slots, and a slot is in the queue once.
-        let full = self.ready.enqueue(slot).is_err();
-        debug_assert!(!full, "a slot is queued once");
+        let queued = self.ready.enqueue(slot);
+        debug_assert!(queued, "a slot is queued once");
     }
 
     /// Counts what nobody waited for: it is dropped.

@@ -7,14 +7,15 @@ use super::tell::tell;
 use super::{Node, Settings, Time, World};
 use crate::network::{NodeId, Router};
 use crate::protocol::{Item, Message, write};
-use crate::store::{Claim, Place};
+use crate::store::{Claim, Residency};
 use bytemuck::Zeroable;
 
-/// Requests without an answer, for each holder, after which a block counts as lost where nobody tells of deaths, and two more for each hop beyond so
-/// many: where each link loses one packet in 100, the other side of a ring of 256 nodes answers one request in thirteen, and none of 256 with a chance of 2e-9.
+/// Requests without an answer, for each holder, after which a block counts as lost where nobody tells of deaths.
 const FETCH_TRIES: u16 = 16;
+/// Holders beyond this many hops have two requests more for each hop: where each link loses one packet in 100, the other side of a ring of 256 nodes answers
+/// one request in thirteen, and none of 256 with a chance of 2e-9.
 const NEAR: u16 = 8;
-/// Their first time limit is halved so often at most.
+/// The first time limit of a fetch is halved at most this often.
 const HASTE: u8 = 6;
 
 impl<W: World> Node<'_, W> {
@@ -23,17 +24,17 @@ impl<W: World> Node<'_, W> {
     /// The frame is taken before the request leaves, and kept until the block was used once (rule 11); where none can be had
     /// the ray waits without holding anything (rule 13), and is asked for again when one may be free.
     pub(super) fn want(&mut self, block: u32, now: Time) {
-        match self.blocks.cache.place(block) {
-            Place::OnItsWay => return,
-            Place::Cached | Place::Owned => {
+        match self.blocks.cache.residency(block) {
+            Residency::OnItsWay => return,
+            Residency::Cached => {
                 self.wake(block);
                 return;
             }
-            Place::Remote => {}
+            Residency::Remote => {}
         }
-        let free = self.fetches.iter().position(|fetch| fetch.state == FREE);
+        let free = self.fetches.iter().position(FetchSlot::is_free);
         let first = self.keeps(Rule::FrameFirst);
-        if !first && self.fetches.iter().any(|fetch| fetch.state != FREE && fetch.block == block) {
+        if !first && self.fetches.iter().any(|fetch| fetch.is_for(block)) {
             return;
         }
         let cache = &mut self.blocks.cache;
@@ -64,7 +65,8 @@ impl<W: World> Node<'_, W> {
     fn begin_fetch(&mut self, at: usize, block: u32, now: Time) {
         if let Some(fetch) = self.fetches.get_mut(at) {
             let begun = now.ticks();
-            *fetch = FetchSlot { block, begun, state: TO_BE_SENT, ..FetchSlot::zeroed() };
+            *fetch =
+                FetchSlot { block, begun, state: FetchSlot::TO_BE_SENT, ..FetchSlot::zeroed() };
             self.unsent = true;
         }
     }
@@ -76,7 +78,7 @@ impl<W: World> Node<'_, W> {
         }
         for at in 0..self.fetches.len() {
             let Some(&(mut fetch)) = self.fetches.get(at) else { break };
-            if fetch.state != TO_BE_SENT {
+            if fetch.state != FetchSlot::TO_BE_SENT {
                 continue;
             }
             let offset = fetch.first_missing().saturating_mul(self.piece) as u32;
@@ -93,7 +95,7 @@ impl<W: World> Node<'_, W> {
                 break;
             }
             fetch.asked = to.0;
-            fetch.state = SENT;
+            fetch.state = FetchSlot::SENT;
             if let Some(place) = self.fetches.get_mut(at) {
                 *place = fetch;
             }
@@ -118,7 +120,7 @@ impl<W: World> Node<'_, W> {
         self.tile_deadlines(now);
         for at in 0..self.fetches.len() {
             let Some(&(mut fetch)) = self.fetches.get(at) else { break };
-            if fetch.state != SENT {
+            if fetch.state != FetchSlot::SENT {
                 continue;
             }
             if now.0 < fetch.deadline {
@@ -136,7 +138,7 @@ impl<W: World> Node<'_, W> {
             fetch.tries = fetch.tries.saturating_add(1);
             fetch.request = fetch.request.wrapping_add(1);
             fetch.begun = now.ticks();
-            fetch.state = TO_BE_SENT;
+            fetch.state = FetchSlot::TO_BE_SENT;
             self.unsent = true;
             let all_gone = self.owner_for(fetch.block, None, fetch.gone).is_none();
             let in_vain = fetch.tries >= self.most_tries(fetch.block);
@@ -198,7 +200,7 @@ impl<W: World> Node<'_, W> {
             if request == fetch.request {
                 self.fetch_time = smoothed(self.fetch_time, now.since(fetch.begun));
             }
-            fetch.state = COMPLETE;
+            fetch.state = FetchSlot::COMPLETE;
             self.complete = true;
         }
         if let Some(place) = self.fetches.get_mut(at) {
@@ -213,11 +215,11 @@ impl<W: World> Node<'_, W> {
         if !self.complete {
             return false;
         }
-        let Some(fetch) = self.fetches.iter_mut().find(|fetch| fetch.state == COMPLETE) else {
+        let Some(fetch) = self.fetches.iter_mut().find(|fetch| fetch.is_complete()) else {
             self.complete = false;
             return false;
         };
-        fetch.state = FREE;
+        fetch.state = FetchSlot::FREE;
         let block = fetch.block;
         let whole = self.blocks.cache.block_bytes() as u32;
         self.work.checked = self.work.checked.saturating_add(whole);
@@ -296,7 +298,7 @@ impl<W: World> Node<'_, W> {
         tell!(warn, "node {}: node {} is gone", self.here.0, node.0);
         for at in 0..self.fetches.len() {
             let Some(&fetch) = self.fetches.get(at) else { break };
-            if fetch.state != SENT || fetch.asked() != node {
+            if fetch.state != FetchSlot::SENT || fetch.asked() != node {
                 continue;
             }
             let gone = self.copy_of(fetch.block, node).map_or(0, copy_bit);
@@ -371,7 +373,7 @@ pub(super) fn place(
     if begin.checked_rem(piece)? != 0 || !sized {
         return None;
     }
-    let at = fetches.iter().position(|fetch| fetch.state != FREE && fetch.block == block)?;
+    let at = fetches.iter().position(|fetch| fetch.is_for(block))?;
     let fetch = fetches.get_mut(at)?;
     if !fetch.note(begin.checked_div(piece)?) {
         return None;
@@ -380,11 +382,6 @@ pub(super) fn place(
     let complete = fetch.first_missing() >= whole.div_ceil(piece);
     Some(Piece { at, bytes: bytes.len(), complete })
 }
-
-const FREE: u8 = 0;
-pub(super) const TO_BE_SENT: u8 = 1;
-pub(super) const SENT: u8 = 2;
-pub(super) const COMPLETE: u8 = 3;
 
 /// A running mean over about eight values.
 pub(super) const fn smoothed(mean: Time, value: Time) -> Time {

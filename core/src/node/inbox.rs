@@ -44,7 +44,7 @@ impl<W: World> Node<'_, W> {
         match router.arrived(Channel::Reply).and_then(|(_, bytes)| Items::new(bytes).next()) {
             Some(Message::Refusal { .. }) => !home,
             Some(Message::Part { block, .. }) if !first => {
-                let waits = fetches.iter().any(|fetch| fetch.state != 0 && fetch.block == block);
+                let waits = fetches.iter().any(|fetch| fetch.is_for(block));
                 waits && blocks.cache.reserve(block, Claim::Demand).is_err()
             }
             _ => false,
@@ -164,7 +164,7 @@ impl<W: World> Node<'_, W> {
                 let known = self.blocks.rom.holds(block) && (offset as usize).is_multiple_of(4);
                 let serve = Serve { block, offset, to: from.0, request, _zero: 0 };
                 // There is room: `requests` looked for it.
-                if !known || self.serves.enqueue(serve).is_err() {
+                if !known || !self.serves.enqueue(serve) {
                     self.note_unasked();
                 }
             }

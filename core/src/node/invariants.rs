@@ -1,12 +1,11 @@
 //! What holds of a node between two steps, whatever it has been sent, lost or refused. Checked after each step where debug checks are on.
 
-use super::fetch::{COMPLETE, TO_BE_SENT};
 use super::rules::Rule;
-use super::slots::{RootState, Stage};
+use super::slots::{FetchSlot, RootState, Stage};
 use super::{Node, World};
 use crate::path::mix;
 use crate::shade::Task;
-use crate::store::Place;
+use crate::store::Residency;
 
 impl<W: World> Node<'_, W> {
     /// Looks at all of it.
@@ -105,12 +104,17 @@ impl<W: World> Node<'_, W> {
     fn check_fetches(&self) {
         let asked = self.fetches.iter().filter(|fetch| !fetch.is_free());
         for (before, fetch) in asked.clone().enumerate() {
-            let place = self.blocks.cache.place(fetch.block);
-            debug_assert!(place == Place::OnItsWay || !self.keeps(Rule::FrameFirst), "rule 11");
+            let residency = self.blocks.cache.residency(fetch.block);
+            debug_assert!(
+                residency == Residency::OnItsWay || !self.keeps(Rule::FrameFirst),
+                "rule 11"
+            );
             let same = asked.clone().take(before).any(|other| other.block == fetch.block);
             debug_assert!(!same, "a block is asked for once");
         }
-        for (state, noted) in [(TO_BE_SENT, self.unsent), (COMPLETE, self.complete)] {
+        for (state, noted) in
+            [(FetchSlot::TO_BE_SENT, self.unsent), (FetchSlot::COMPLETE, self.complete)]
+        {
             let is_noted = noted || self.fetches.iter().all(|fetch| fetch.state != state);
             debug_assert!(is_noted, "a fetch in state {state} is looked for");
         }

@@ -33,6 +33,10 @@ impl Open {
     fn is(&self, channel: Channel) -> bool {
         self.state == channel as u8 + 1
     }
+
+    fn channel(&self) -> Channel {
+        if self.is(Channel::Request) { Channel::Request } else { Channel::Reply }
+    }
 }
 
 impl<'a> Outbox<'a> {
@@ -46,7 +50,7 @@ impl<'a> Outbox<'a> {
         self.peak
     }
 
-    /// Whether `count` more messages of this size and channel find room, wherever they go.
+    /// Whether one more message of a channel finds room, whatever its size and wherever it goes.
     pub(super) fn has_room(&self, router: &Router<'_>, channel: Channel) -> bool {
         self.place(channel).is_some() || router.room(channel) > 0
     }
@@ -152,7 +156,7 @@ impl<'a> Outbox<'a> {
                 continue;
             };
             let due = open.priority < PATIENT || now.0.saturating_sub(open.since) >= age.0;
-            let channel = if open.is(Channel::Request) { Channel::Request } else { Channel::Reply };
+            let channel = open.channel();
             if (all || due) && router.room(channel) > 0 {
                 self.send(router, at, counts, work);
             }
@@ -216,7 +220,7 @@ impl<'a> Outbox<'a> {
 
     fn send(&mut self, router: &mut Router<'_>, at: usize, counts: &mut Counts, work: &mut Work) {
         let Some((&open, bytes)) = self.open.get(at).zip(self.bundle(at)) else { return };
-        let channel = if open.is(Channel::Request) { Channel::Request } else { Channel::Reply };
+        let channel = open.channel();
         if router.inject(NodeId(open.to), channel, open.priority, bytes).is_ok() {
             counts.packets = counts.packets.saturating_add(1);
             work.copied = work.copied.saturating_add(bytes.len() as u32);

@@ -6,7 +6,7 @@ use crate::network::NodeId;
 use crate::protocol::{Message, RayMessage, ReturnAddress, split};
 use crate::render::sort_by_key;
 use crate::shade::{Counts as ShadeCounts, PackedHit, PathRay, Task};
-use crate::store::Place;
+use crate::store::Residency;
 
 /// Requests for a ray after which it is run at home.
 const RAY_TRIES: u8 = 5;
@@ -56,7 +56,7 @@ impl<W: World> Node<'_, W> {
         self.begun
     }
 
-    /// The number of a path older than any that was never away: for those that come back.
+    /// A path number that sorts before all present ones: rays that come back go first.
     fn oldest(&self) -> u32 {
         self.begun.wrapping_sub(u32::MAX / 2)
     }
@@ -524,7 +524,7 @@ impl<W: World> Node<'_, W> {
     }
 
     fn is_here(&self, block: u32) -> bool {
-        self.blocks.rom.holds(block) || self.blocks.cache.place(block) == Place::Cached
+        self.blocks.rom.holds(block) || self.blocks.cache.residency(block) == Residency::Cached
     }
 }
 

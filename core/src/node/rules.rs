@@ -3,8 +3,9 @@ use super::{Node, World};
 /// The rules that keep a mesh free of deadlock in fixed memory, by number; each is named where it is kept.
 ///
 /// Those that a test can break, one by one, to see that the checker misses them. The others hold by what things are: two channels with buffers and credit
-/// of their own (1, [`Router`](crate::network::Router)), routes (2, [`Topology`](crate::network::Topology)), requests that are taken or refused where they lie (4, 5), bounded
-/// splits and the slot of a tail call (9, 10), one block at a time (12, [`Trail`](crate::trace::Trail)), the dead (16, [`signal`](super::signal)).
+/// of their own (1, [`Router`](crate::network::Router)), routes (2, [`Topology`](crate::network::Topology)), requests that are taken or refused where they lie (4, 5), a tail
+/// call that needs no slot (9), shadow rays that can always be run at home (10), one block at a time (12, [`Trail`](crate::trace::Trail)), the dead
+/// (16, [`signal`](super::signal)). `ARCHITECTURE.md` lists all of them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(super) enum Rule {
     /// 3: a reply is consumed at once; what follows from it waits in a record, not in a link buffer.

@@ -1,8 +1,8 @@
 use super::{Placement, Time};
 
-/// Time limits are eight times what answers take on average,
+/// A time limit is 2³ times what answers take on average.
 const MARGIN: u8 = 3;
-/// and are doubled so often at most: where packets are lost, and nobody is slow, each doubling more is waited for in vain.
+/// It is doubled at most this often: where packets are lost, and nobody is slow, each doubling more is waited for in vain.
 const DOUBLINGS: u16 = 5;
 
 /// What all nodes of a run share.
@@ -28,8 +28,8 @@ pub struct Settings {
     pub bundle_age: Time,
     /// Nodes for each sub-master; 0 for none: all ask the host.
     pub group: u16,
-    /// Who has heard that all holders of a block are gone ([`Message::Gone`](crate::protocol::Message::Gone)), and nobody else, calls it lost: the routers of
-    /// dead nodes outlive them and say so. Otherwise many requests in vain do.
+    /// Routers of dead nodes outlive them and say so ([`Message::Gone`](crate::protocol::Message::Gone)). A block then counts as lost only when all its holders
+    /// are known to be dead; otherwise after many requests without an answer.
     pub deaths_told: bool,
 }
 

@@ -34,7 +34,7 @@ pub(super) struct RaySlot {
     pub(super) ray: PathRay,
     /// The best hit so far; of a shadow ray the optical depth.
     pub(super) best: PackedHit,
-    /// While it is traced where it is in the octree; while it is shaded where it is among the lights.
+    /// While it is traced where it is in the tree; while it is shaded where it is among the lights.
     pub(super) at: [u32; 8],
     pub(super) root: u16,
     stage: u8,
@@ -218,7 +218,7 @@ pub(super) struct FetchSlot {
     pub(super) asked: u16,
     /// Requests without any piece since.
     pub(super) tries: u16,
-    /// 0 free, 1 to be sent, 2 sent, 3 complete and to be checked.
+    /// [`FREE`](Self::FREE), [`TO_BE_SENT`](Self::TO_BE_SENT), [`SENT`](Self::SENT) or [`COMPLETE`](Self::COMPLETE).
     pub(super) state: u8,
     /// How often it was asked for before, modulo 256.
     pub(super) request: u8,
@@ -229,13 +229,26 @@ pub(super) struct FetchSlot {
 impl FetchSlot {
     /// Pieces of a block, at most.
     pub(super) const PIECES: usize = 128;
+    /// It stands for no block.
+    pub(super) const FREE: u8 = 0;
+    /// Its request has not left yet.
+    pub(super) const TO_BE_SENT: u8 = 1;
+    /// Its request is under way, or its answer.
+    pub(super) const SENT: u8 = 2;
+    /// All pieces are there, and are to be checked.
+    pub(super) const COMPLETE: u8 = 3;
 
     pub(super) fn is_free(&self) -> bool {
-        self.state == 0
+        self.state == Self::FREE
     }
 
     pub(super) fn is_complete(&self) -> bool {
-        self.state == 3
+        self.state == Self::COMPLETE
+    }
+
+    /// Whether it is for this block.
+    pub(super) fn is_for(&self, block: u32) -> bool {
+        !self.is_free() && self.block == block
     }
 
     pub(super) fn asked(&self) -> NodeId {

@@ -16,7 +16,7 @@ pub(super) struct Tiles {
     /// A request is under way until this moment at the latest.
     asked: Option<Time>,
     tries: u8,
-    /// So many more requests go past its sub-master, which did not answer, to the host.
+    /// How many more requests go straight to the host, as the sub-master did not answer.
     past: u32,
     /// There was nothing to be had: it asks again at this moment.
     dry: Time,

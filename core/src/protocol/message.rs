@@ -54,7 +54,7 @@ pub struct RayMessage {
     pub sum: [[u32; 2]; 3],
     /// The best hit so far; of a shadow ray the optical depth.
     pub best: PackedHit,
-    /// Where it is in the octree.
+    /// Where it is in the tree.
     pub trail: Trail,
 }
 

@@ -6,14 +6,14 @@ use crate::shade::{PathRay, Shadow};
 use crate::trace::{BUNDLE, Bundle, BundleVisited, Query, TraceError, Tracer, Trail, Whole};
 use glam::Vec3;
 
-/// Room for rays that are traced together, and for what they hit until it is asked for: 34 KiB.
+/// Room for rays that are traced together, and for what they hit until it is asked for: 33 KiB.
 #[derive(Debug)]
 pub struct Neighbours {
     room: Bundle,
     rays: [Ray; BUNDLE],
     hits: [Option<Hit>; BUNDLE],
     hidden: [bool; BUNDLE],
-    /// Of those that are weakened.
+    /// Means something only for rays whose bit is set in `weakened`.
     depths: [OpticalDepth; BUNDLE],
     /// Rays that have lost some of their light, and not all: a bit each.
     weakened: u64,

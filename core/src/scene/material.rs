@@ -6,8 +6,8 @@ use bytemuck::{Pod, Zeroable};
 #[repr(u32)]
 pub enum MaterialKind {
     /// Diffuse reflection, and a glossy lobe where `specular` is above zero: plastic and metal
-    /// (Ward 1992), and trans with `transmit`. Radiance also brightens a smooth (not a rough) specular part towards grazing angles;
-    /// here it is the same at all angles.
+    /// (Ward 1992), and trans with `transmit`. A smooth specular part (roughness 0, .018 and more) grows towards grazing angles as in Radiance, and all else
+    /// loses what it takes.
     Opaque = 0,
     /// A perfect mirror of reflectance `specular`.
     Mirror = 1,

@@ -2,9 +2,9 @@ use super::frame_table::{FrameEntry, FrameId, FrameTable, index_len};
 use super::{Arena, ArenaFull};
 use core::fmt;
 
-/// Blocks that a node can read: its own, and those that lie in frames of its arena.
+/// Fetched blocks, in frames of a node's arena.
 ///
-/// A fetched block lies in its frame in the format of the file, and is thereby part of the octree for
+/// A fetched block lies in its frame in the format of the file, and is thereby part of the tree for
 /// every later task (dissertation, 4.5: there a flag and a list through the object sets; here the
 /// lookup by block number is a table of its own, so that blocks stay untouched bytes). The least
 /// recently used block leaves first; uses count from the first time on that one leaves.
@@ -18,39 +18,28 @@ use core::fmt;
 /// 3. A frame taken for [`Claim::Demand`] stays until its first [`get`](Self::get); one for
 ///    [`Claim::Prefetch`] may leave at any time.
 ///
-/// Nothing else keeps a frame. A task runs in one block at a time, and what the oldest one still needs is the block that its ray waits for, which 3 keeps:
-/// that it protects further frames (dissertation, 4.5) is needed where a task holds several at once.
+/// No other frame is protected. A task needs one block at a time, and 3 keeps it until its first use; the dissertation (4.5) protects more, as its
+/// tasks hold several blocks at once.
 ///
 /// # Invariants
-/// A block has at most one frame. The owned range has none.
+/// A block has at most one frame.
 #[derive(Debug)]
 pub struct BlockCache<'a> {
     table: FrameTable<'a>,
     frames: &'a mut [u8],
     block_bytes: usize,
-    owned_first: u32,
-    owned: &'a [u8],
     counts: CacheCounts,
 }
 
-/// Where a block is.
+/// Where a block is, for the cache.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Place {
-    /// In the node's own slice.
-    Owned,
+pub enum Residency {
     /// In a frame.
     Cached,
     /// Requested; its frame is reserved.
     OnItsWay,
-    /// With another node, or in the file.
+    /// In no frame.
     Remote,
-}
-
-/// A block that can be read now.
-#[derive(Debug, Clone, Copy)]
-pub(super) enum Found {
-    Owned(u32),
-    Frame(FrameId),
 }
 
 /// For what a frame is taken.
@@ -78,7 +67,7 @@ impl core::error::Error for CacheFull {}
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct CacheCounts {
-    /// Times a block was asked for and in a frame. Owned blocks count neither as hit nor as miss.
+    /// Times a block was asked for and in a frame. (A node does not ask for the blocks that it owns.)
     pub hits: u64,
     /// Times a block was asked for and in no frame.
     pub misses: u64,
@@ -91,7 +80,7 @@ pub struct CacheCounts {
 }
 
 impl<'a> BlockCache<'a> {
-    /// A cache with `frames` empty frames in `arena`, and without owned blocks.
+    /// A cache with `frames` empty frames in `arena`.
     ///
     /// # Errors
     /// [`ArenaFull`] if the arena has not the bytes.
@@ -106,29 +95,17 @@ impl<'a> BlockCache<'a> {
             table: FrameTable::new(entries, index),
             frames: arena.carve(block_bytes.saturating_mul(frames))?,
             block_bytes,
-            owned_first: 0,
-            owned: &[],
             counts: CacheCounts::default(),
         })
     }
 
-    /// Makes the blocks from `first` on, back to back in `bytes`, the node's own.
-    #[must_use]
-    pub const fn with_owned(mut self, first: u32, bytes: &'a [u8]) -> Self {
-        (self.owned_first, self.owned) = (first, bytes);
-        self
-    }
-
     /// Where a block is. Changes and counts nothing.
     #[must_use]
-    pub fn place(&self, block: u32) -> Place {
-        if self.owned_bytes(block).is_some() {
-            return Place::Owned;
-        }
+    pub fn residency(&self, block: u32) -> Residency {
         match self.table.find(block) {
-            Some(frame) if self.table.is_on_its_way(frame) => Place::OnItsWay,
-            Some(_) => Place::Cached,
-            None => Place::Remote,
+            Some(frame) if self.table.is_on_its_way(frame) => Residency::OnItsWay,
+            Some(_) => Residency::Cached,
+            None => Residency::Remote,
         }
     }
 
@@ -141,10 +118,7 @@ impl<'a> BlockCache<'a> {
 
     /// As [`get`](Self::get), with the bytes left to [`bytes`](Self::bytes).
     #[inline]
-    pub(super) fn find(&mut self, block: u32) -> Option<Found> {
-        if self.owned_bytes(block).is_some() {
-            return Some(Found::Owned(block));
-        }
+    pub(super) fn find(&mut self, block: u32) -> Option<FrameId> {
         let found = self.first_use(block);
         let count = if found.is_some() { &mut self.counts.hits } else { &mut self.counts.misses };
         *count = count.saturating_add(1);
@@ -152,17 +126,15 @@ impl<'a> BlockCache<'a> {
     }
 
     /// As [`find`](Self::find), but neither hit nor miss: the miss that made the block come has been counted.
-    pub(super) fn first_use(&mut self, block: u32) -> Option<Found> {
-        self.table.used(block).map(Found::Frame)
+    pub(super) fn first_use(&mut self, block: u32) -> Option<FrameId> {
+        self.table.used(block)
     }
 
-    /// What was found.
+    /// What lies in a frame.
     #[inline]
-    pub(super) fn bytes(&self, found: Found) -> Option<&[u8]> {
-        match found {
-            Found::Owned(block) => self.owned_bytes(block),
-            Found::Frame(frame) => self.frame(frame),
-        }
+    pub(super) fn bytes(&self, frame: FrameId) -> Option<&[u8]> {
+        let at = frame.index().checked_mul(self.block_bytes)?;
+        self.frames.get(at..)?.get(..self.block_bytes)
     }
 
     /// Sees to it that a block has a frame; one that is here or on its way keeps the one it has.
@@ -171,13 +143,13 @@ impl<'a> BlockCache<'a> {
     /// # Errors
     /// [`CacheFull`] if no frame can be had now, or, for a prefetch, only the last one.
     pub fn reserve(&mut self, block: u32, claim: Claim) -> Result<bool, CacheFull> {
-        if self.place(block) != Place::Remote {
+        if self.residency(block) != Residency::Remote {
             return Ok(false);
         }
         if claim == Claim::Prefetch && self.table.available() < 2 {
             return Err(CacheFull);
         }
-        let (_, evicted) = self.table.take(block, claim == Claim::Demand).ok_or(CacheFull)?;
+        let evicted = self.table.take(block, claim == Claim::Demand).ok_or(CacheFull)?;
         self.counts.evictions = self.counts.evictions.saturating_add(u64::from(evicted));
         let used = self.table.len().saturating_sub(self.table.free_len()) as u64;
         self.counts.frames_peak = self.counts.frames_peak.max(used);
@@ -251,18 +223,6 @@ impl<'a> BlockCache<'a> {
 
     fn on_its_way(&self, block: u32) -> Option<FrameId> {
         self.table.find(block).filter(|&frame| self.table.is_on_its_way(frame))
-    }
-
-    #[inline]
-    fn frame(&self, frame: FrameId) -> Option<&[u8]> {
-        let at = frame.index().checked_mul(self.block_bytes)?;
-        self.frames.get(at..)?.get(..self.block_bytes)
-    }
-
-    #[inline]
-    fn owned_bytes(&self, block: u32) -> Option<&'a [u8]> {
-        let at = (block.checked_sub(self.owned_first)? as usize).checked_mul(self.block_bytes)?;
-        self.owned.get(at..)?.get(..self.block_bytes)
     }
 }
 

@@ -132,9 +132,9 @@ impl<'a> FrameTable<'a> {
         self.entries.get(frame.index()).is_some_and(|e| e.state & ON_ITS_WAY != 0)
     }
 
-    /// Takes a frame for a block that has none: a free one, or else the oldest evictable one (then
-    /// the second value is true). It is on its way, and kept for its first use if `unused`.
-    pub(super) fn take(&mut self, block: u32, unused: bool) -> Option<(FrameId, bool)> {
+    /// Takes a frame for a block that has none: a free one, or else the oldest evictable one, whose block leaves (then it says `true`).
+    /// The block is on its way, and kept for its first use if `unused`.
+    pub(super) fn take(&mut self, block: u32, unused: bool) -> Option<bool> {
         let evicts = self.free == FrameId::NONE;
         let frame = if evicts { self.oldest } else { self.free };
         let older = self.entries.get(frame.index())?.older;
@@ -158,7 +158,7 @@ impl<'a> FrameTable<'a> {
             at = self.after(at);
         }
         *self.index.get_mut(at)? = frame.0.saturating_add(1);
-        Some((frame, evicts))
+        Some(evicts)
     }
 
     /// Frees a frame, whatever its state.

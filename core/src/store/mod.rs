@@ -6,25 +6,21 @@
 //! | [`Arena`] | the bytes, carved by the plan into slices of plain data |
 //! | [`BlockCache`] | frames for blocks, found by block number, least recently used leaves first |
 //! | [`FetchedBlocks`] | a source of blocks for the tracer: the cache, and the medium behind it |
-//! | [`Pool`] | reusable slots with a list of the free ones |
 //! | [`Queue`] | first in, first out, over a slice |
 //!
-//! Everything is bounded by the length of a slice that the caller lends; full is a normal state with
-//! a defined answer, and each container remembers its high-water mark.
+//! Everything is bounded by the length of a slice that the caller lends, and full is a normal state with a defined answer.
 
 mod arena;
 mod budget;
 mod cache;
 mod fetch;
 mod frame_table;
-mod pool;
 mod queue;
 
 pub use arena::{Arena, ArenaFull, CHUNK_BYTES, Chunk};
 pub use budget::{Budget, BudgetError, Line, LineBudget, LineNeed};
-pub use cache::{BlockCache, CacheCounts, CacheFull, Claim, Place};
+pub use cache::{BlockCache, CacheCounts, CacheFull, Claim, Residency};
 pub use fetch::{Checked, FetchError, FetchedBlocks, Medium};
 pub(crate) use frame_table::frame_bytes;
 pub use frame_table::{frame_table_bytes, frames_that_fit};
-pub use pool::{Pool, Slot};
-pub use queue::{Full, Queue};
+pub use queue::Queue;

@@ -4,35 +4,27 @@ pub struct Queue<'a, T> {
     items: &'a mut [T],
     first: usize,
     len: usize,
-    peak: usize,
 }
-
-/// The queue is full; the value comes back.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Full<T>(pub T);
 
 impl<'a, T: Copy> Queue<'a, T> {
     /// An empty queue; its capacity is the length of `items`, whose content does not matter.
     #[must_use]
     pub const fn new(items: &'a mut [T]) -> Self {
-        Self { items, first: 0, len: 0, peak: 0 }
+        Self { items, first: 0, len: 0 }
     }
 
-    /// Appends a value.
-    ///
-    /// # Errors
-    /// [`Full`], with the value, when there is no room.
-    pub fn enqueue(&mut self, value: T) -> Result<(), Full<T>> {
+    /// Appends a value; `false` if there is no room.
+    #[must_use]
+    pub fn enqueue(&mut self, value: T) -> bool {
         let at = self.wrap(self.first.saturating_add(self.len));
         let full = self.is_full();
         match self.items.get_mut(at) {
             Some(place) if !full => {
                 *place = value;
                 self.len = self.len.saturating_add(1);
-                self.peak = self.peak.max(self.len);
-                Ok(())
+                true
             }
-            _ => Err(Full(value)),
+            _ => false,
         }
     }
 
@@ -91,18 +83,6 @@ impl<'a, T: Copy> Queue<'a, T> {
         self.len == self.items.len()
     }
 
-    /// Most values it can hold.
-    #[must_use]
-    pub const fn capacity(&self) -> usize {
-        self.items.len()
-    }
-
-    /// Most values it ever held.
-    #[must_use]
-    pub const fn peak(&self) -> usize {
-        self.peak
-    }
-
     /// Its values; they lie at the front afterwards.
     #[cfg(test)]
     pub(crate) fn snapshot(&mut self, snapshot: &mut crate::tests::snapshot::Snapshot)
@@ -112,7 +92,7 @@ impl<'a, T: Copy> Queue<'a, T> {
         if !snapshot.reads() && self.first > 0 {
             self.items.rotate_left(self.first);
         }
-        (self.first, self.peak) = (0, 0);
+        self.first = 0;
         snapshot.len(&mut self.len);
         snapshot.all(&mut self.items[..self.len]);
     }
@@ -137,7 +117,6 @@ mod tests {
             let mut items = vec![0_u8; capacity];
             let mut queue = Queue::new(&mut items);
             let mut model = std::collections::VecDeque::new();
-            let mut peak = 0;
             for step in steps {
                 match step {
                     Some(200..) => {
@@ -146,16 +125,14 @@ mod tests {
                     }
                     Some(x) if model.len() < capacity => {
                         model.push_back(x);
-                        prop_assert_eq!(queue.enqueue(x), Ok(()));
+                        prop_assert!(queue.enqueue(x));
                     }
-                    Some(x) => prop_assert_eq!(queue.enqueue(x), Err(Full(x))),
+                    Some(x) => prop_assert!(!queue.enqueue(x)),
                     None => prop_assert_eq!(queue.dequeue(), model.pop_front()),
                 }
-                peak = peak.max(model.len());
                 prop_assert_eq!(queue.len(), model.len());
                 prop_assert_eq!(queue.front(), model.front());
                 prop_assert_eq!(queue.is_full(), model.len() == capacity);
-                prop_assert_eq!(queue.peak(), peak);
             }
             let rest: Vec<_> = core::iter::from_fn(|| queue.dequeue()).collect();
             prop_assert_eq!(rest, Vec::from(model));

@@ -16,7 +16,7 @@ pub const BUNDLE: usize = 64;
 /// Room for a bundle: 26 KiB.
 #[derive(Debug, Clone)]
 pub struct Bundle {
-    /// Of groups two more than rays of one kind fill: a group has rays of one kind.
+    /// Rays of one kind fill eight groups; two more, as a group has rays of one kind alone.
     stream: Stream<10>,
     stopped: Stopped,
     single: Cursor,

@@ -195,7 +195,7 @@ impl<const GROUPS: usize> Stream<GROUPS> {
         Ok(())
     }
 
-    /// .. of as many as are sorted at a time.
+    /// Traces as many rays as are sorted at a time.
     #[inline(always)]
     fn trace_sorted<L: Lanes, S: BlockSource, P: Stops<S::Error>, Q: Query>(
         &mut self,

@@ -312,7 +312,7 @@ impl Tracer for Scalar {
     }
 }
 
-/// The rays of a batch: one after the other where all blocks are at hand.
+/// Traces a batch.
 #[inline]
 fn batch<T: Tracer, S: BlockSource, Q: Query>(
     tracer: T,

@@ -8,8 +8,8 @@ use crate::block::format::DEPTH_MAX;
 
 /// Where a traversal is, in the fewest bytes: what a ray that waits or migrates carries beside itself and its best hit.
 ///
-/// It is the child that comes next, and on each level above it which octant was taken, by its place in the order of the
-/// ray's signs: a path from the root (Laine, Restart Trail for Stackless BVH Traversal, 2010). All octants before the path
+/// It is the child that comes next, and on each level above it which child was taken, by its place in the order of the
+/// ray's signs: a path from the root (Laine, Restart Trail for Stackless BVH Traversal, 2010). All children before the path
 /// are done; those behind it are found again, when all below the child is done, by a second visit of the nodes on the path. That
 /// order is a function of ray and node alone, so a ray may go on with any lanes on any machine that has the blocks, and needs one of them at a time, however many it passes through (rule 12 of the mesh). Laine's trail
 /// has one bit a level, as its nodes have two children, and starts from the root each time; this one begins at
@@ -35,7 +35,7 @@ pub struct Trail {
 struct Span {
     /// The level of the child.
     depth: u32,
-    /// Levels before this one may have octants left, above the child.
+    /// Levels before this one may have children left, above the child.
     above: u32,
     /// The path leads on to this level, below the child; 0: the child itself is to be visited.
     below: u32,
@@ -74,7 +74,7 @@ impl Trail {
         self.block
     }
 
-    /// The trail of a traversal that goes on at this place, with octants left on these levels; of each level which octant was taken.
+    /// The trail of a traversal that goes on at this place, with children left on these levels; of each level which child was taken.
     pub(super) fn new(at: &Place, taken: impl Iterator<Item = u8>, left: u32) -> Self {
         let depth = u32::from(at.entry.level()).min(RADIX - 1);
         let span =
@@ -88,7 +88,7 @@ impl Trail {
         Self { path, block: at.block, child: at.child(), span: span.encode() }
     }
 
-    /// Lays the path down. Returns the place to go on at, and the levels which may have octants left.
+    /// Lays the path down. Returns the place to go on at, and the levels which may have children left.
     #[inline]
     pub(super) fn lay(&self, stack: &mut Stack) -> Option<(Place, u32)> {
         let at = |level| Place {

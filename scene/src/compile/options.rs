@@ -5,7 +5,7 @@ use kiloray_core::block::format::{BLOCK_BYTES_MAX, BLOCK_BYTES_MIN};
 pub struct Options {
     /// Size of a block: a power of two from 1 to 64 KiB.
     pub block_bytes: usize,
-    /// Lights in the table at most: each costs every node 76 bytes, and 96 for its part of their tree where they are more than 64.
+    /// Lights in the table at most: each costs every node 80 bytes, and 96 for its part of their tree where they are more than 64.
     pub lights_max: usize,
 }
 

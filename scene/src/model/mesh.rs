@@ -69,31 +69,6 @@ impl Model {
         self.add_polygon(material, &points)
     }
 
-    /// As [`add_triangle`](Self::add_triangle), with a shading normal at each corner.
-    ///
-    /// # Errors
-    /// If there are too many.
-    pub fn add_smooth_triangle(
-        &mut self,
-        material: u16,
-        points: [DVec3; 3],
-        normals: [DVec3; 3],
-    ) -> Result<(), ModelError> {
-        let (vertices, known) = (self.vertices.len(), self.triangles.len());
-        let [mut p, mut n] = [[0; 3]; 2];
-        for (index, point) in p.iter_mut().zip(points) {
-            *index = self.add_vertex(point)?;
-        }
-        for (index, normal) in n.iter_mut().zip(normals) {
-            *index = self.add_normal(normal)?;
-        }
-        self.add_face(material, p, n)?;
-        if self.triangles.len() == known {
-            self.vertices.truncate(vertices);
-        }
-        Ok(())
-    }
-
     /// Counts something that was ignored or repaired, with the current place.
     pub fn note(&mut self, text: &str) {
         self.notes.add(text);

@@ -117,20 +117,6 @@ impl Model {
         self.strip(material, &points, &normals, !inward)
     }
 
-    /// Enters an open cylinder; see [`add_cone`](Self::add_cone).
-    ///
-    /// # Errors
-    /// If there are too many vertices or triangles.
-    pub fn add_cylinder(
-        &mut self,
-        material: u16,
-        ends: [DVec3; 2],
-        radius: f64,
-        inward: bool,
-    ) -> Result<(), ModelError> {
-        self.add_cone(material, ends, [radius, radius], inward)
-    }
-
     /// The vertices of two circles, pair by pair.
     fn circles(&mut self, point: impl Fn(u32) -> [DVec3; 2]) -> Result<Vec<[u32; 2]>, ModelError> {
         let mut pairs = Vec::with_capacity(SIDES as usize);

@@ -68,12 +68,12 @@ impl Router<'_> {
     /// Whether credit has not come back, apart from that of buffers at ports without a link.
     pub(crate) fn is_credit_out(&self) -> bool {
         let mut ports = self.memory.ports.iter().take(self.size.ports.into());
-        ports.any(super::PortState::is_credit_out)
+        ports.any(crate::network::port::PortState::is_credit_out)
     }
 
     /// Whether what leaves by a port next is credit without data.
     pub(crate) fn would_tell(&self, port: Port) -> bool {
-        self.would_transmit(port) && self.next_for(port).is_none()
+        self.is_ready(port) && self.next_for(port).is_none()
     }
 
     /// The channel of the messages at the head of a queue.

@@ -297,7 +297,7 @@ impl<'a> World<'a> {
             for port in 0..self.links[usize::from(node)].len() as u16 {
                 if !self.link(node, port).is_empty() {
                     actions.push(Action::Deliver(node, port));
-                } else if self.router(node).would_transmit(Port(port)) {
+                } else if self.router(node).is_ready(Port(port)) {
                     let hops = self.setup.fused;
                     actions.push(if hops { Action::Hop } else { Action::Transmit }(node, port));
                 }
@@ -335,7 +335,7 @@ impl<'a> World<'a> {
             }
             for port in 0..self.links[usize::from(node)].len() as u16 {
                 let full = !self.link(node, port).is_empty();
-                if full || self.setup.fused && self.router(node).would_transmit(Port(port)) {
+                if full || self.setup.fused && self.router(node).is_ready(Port(port)) {
                     actions.extend((left.losses > 0).then_some(Action::Lose(node, port)));
                     actions.extend((left.doubles > 0).then_some(Action::Double(node, port)));
                 }

@@ -1,7 +1,7 @@
 //! The state of a node as a checker sees it: without what only counts, and with times that have passed or have not.
 
 use super::super::rays::REFUSED;
-use super::super::slots::{RaySlot, RootState, Stage};
+use super::super::slots::{FetchSlot, RaySlot, RootState, Stage};
 use super::super::{Counts, Node, TaskOrder, Time, World};
 use crate::shade::Task;
 use crate::tests::snapshot::Snapshot;
@@ -93,7 +93,7 @@ impl<W: World> Node<'_, W> {
         }
         s.all(self.sums);
         for fetch in self.fetches.iter_mut() {
-            if fetch.state == 0 {
+            if fetch.is_free() {
                 *fetch = bytemuck::Zeroable::zeroed();
             } else {
                 if let (false, [0, ..], Some(bytes)) =
@@ -102,7 +102,7 @@ impl<W: World> Node<'_, W> {
                     bytes.fill(0);
                 }
                 (fetch.begun, fetch.request) = (NOW.ticks(), 0);
-                fetch.deadline = if fetch.state == 2 { LATER.0 } else { 0 };
+                fetch.deadline = if fetch.state == FetchSlot::SENT { LATER.0 } else { 0 };
             }
             s.pod(fetch);
         }
@@ -150,7 +150,7 @@ impl<W: World> Node<'_, W> {
             let refused = slot.sent_to == REFUSED;
             timers.push(if refused { Timer::Refused(at) } else { Timer::Ray(at) });
         }
-        let sent = self.fetches.iter().zip(0..).filter(|(fetch, _)| fetch.state == 2);
+        let sent = self.fetches.iter().zip(0..).filter(|(fetch, _)| fetch.state == FetchSlot::SENT);
         timers.extend(sent.map(|(_, at)| Timer::Fetch(at)));
         let tiles = self.roots.iter().zip(0..).filter(|(root, _)| root.state() == RootState::Sent);
         timers.extend(tiles.map(|(_, at)| Timer::Tile(at)));
@@ -178,7 +178,7 @@ impl<W: World> Node<'_, W> {
             && self.fresh == 0
             && self.parked == 0
             && self.roots.iter().all(|root| root.state() == RootState::Free)
-            && self.fetches.iter().all(|fetch| fetch.state == 0)
+            && self.fetches.iter().all(FetchSlot::is_free)
             && self.outbox.is_empty()
             && self.inbox_at >= self.inbox_len
             && self.serves.is_empty()

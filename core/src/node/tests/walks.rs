@@ -1,6 +1,6 @@
 //! Runs in which a seed chooses what happens next, with time.
 
-use super::super::slots::{RaySlot, Stage};
+use super::super::slots::{FetchSlot, RaySlot, Stage};
 use super::super::{Figures, Node, Time, World as _, fetch};
 use super::mesh::{Action, Setup, World, memory};
 use super::toy::{NO_ENDS, Toy};
@@ -203,12 +203,12 @@ fn who_asks_again_gets_a_block_once() {
         len = write(&mut requests, len, &Message::Fetch { block, offset: 0, request: 0 }).unwrap();
     }
     world.router(0).inject(NodeId(1), Channel::Request, 1, &requests[..len]).unwrap();
-    let there = (0..4).find(|&port| world.router(0).would_transmit(Port(port))).unwrap();
+    let there = (0..4).find(|&port| world.router(0).is_ready(Port(port))).unwrap();
     world.act(Action::Hop(0, there));
     for _ in 0..100 {
         world.act(Action::Poll(1));
         for port in 0..4 {
-            if world.router(1).would_transmit(Port(port)) {
+            if world.router(1).is_ready(Port(port)) {
                 world.act(Action::Hop(1, port));
             }
         }
@@ -275,7 +275,7 @@ fn time_limits_learn_what_is_lost_and_what_is_late() {
     let mut asks = |times: u64, is_late: bool| {
         node.want(block, Time(0));
         for now in (1..=times).map(|hour| Time(hour << 42)) {
-            (node.fetches[0].state, node.fetches[0].deadline) = (fetch::SENT, 0);
+            (node.fetches[0].state, node.fetches[0].deadline) = (FetchSlot::SENT, 0);
             node.deadlines(now);
         }
         let request = if is_late { node.fetches[0].request - 1 } else { node.fetches[0].request };
@@ -313,7 +313,7 @@ fn what_cannot_be_read_is_counted_and_dropped() {
         for _ in 0..4 {
             world.act(Action::Poll(1));
             for (from, port) in (0..2).flat_map(|from| (0..4).map(move |port| (from, port))) {
-                if world.router(from).would_transmit(Port(port)) {
+                if world.router(from).is_ready(Port(port)) {
                     world.act(Action::Hop(from, port));
                 }
             }

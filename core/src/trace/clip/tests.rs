@@ -230,7 +230,7 @@ fn a_bundle_that_leaves_the_scene_has_an_empty_list_at_once() {
 
 #[test]
 fn entries_come_front_to_back() {
-    // Triangles behind each other along a diagonal, one to a leaf: the order of the octants is that of the ray.
+    // Triangles behind each other along a diagonal, one to a leaf: the order of the children is that of the ray.
     let items: Vec<Item> = (0..200)
         .map(|i| {
             let at = Vec3::splat(i as f32 / 100.0 - 1.0);

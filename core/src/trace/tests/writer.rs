@@ -1,4 +1,4 @@
-//! A writer of blocks for tests: octants by medians, blocks filled breadth first. Small and slow; the
+//! A writer of blocks for tests: eight children by medians, blocks filled breadth first. Small and slow; the
 //! scene compiler is another.
 
 use std::vec::Vec;
@@ -283,7 +283,7 @@ fn fill<'a>(
     }
 }
 
-/// Octants front to back for rays that descend the axes of these bits.
+/// Children front to back for rays that descend the axes of these bits.
 fn order([a0, a1, a2]: [u8; 3], signs: u8) -> u32 {
     let descends = |axis: u8| signs >> axis & 1;
     let flip = descends(a0) << 2 | descends(a1) << 1 | descends(a2);

@@ -1,11 +1,11 @@
-//! The arena, the block cache over a medium, pool, queue and budget, used in any order.
+//! The arena, the block cache over a medium, queue and budget, used in any order.
 #![no_std]
 #![no_main]
 
 use core::hint::black_box;
 use kiloray_core::block::{BlockLimits, BlockSource, KiloView};
 use kiloray_core::store::{
-    Arena, BlockCache, Budget, Chunk, Claim, FetchedBlocks, Line, LineBudget, Pool, Queue, Slot,
+    Arena, BlockCache, Budget, Chunk, Claim, FetchedBlocks, Line, LineBudget, Queue,
 };
 use kiloray_no_panic::{any, any_bytes, any_room, entry, print};
 
@@ -13,7 +13,7 @@ use kiloray_no_panic::{any, any_bytes, any_room, entry, print};
 fn cache(mut cache: BlockCache<'_>) {
     for _ in 0..any::<u32>() {
         black_box((
-            cache.place(any()),
+            cache.residency(any()),
             cache.get(any()).is_some(),
             cache.incoming(any()).is_some(),
         ));
@@ -41,19 +41,12 @@ fn fetch(cache: BlockCache<'_>) {
 }
 
 #[inline(never)]
-fn pool_and_queue(arena: &mut Arena<'_>) {
-    let (Ok(items), Ok(next), Ok(line)) =
-        (arena.carve::<u64>(any()), arena.carve::<Slot>(any()), arena.carve::<u32>(any()))
-    else {
-        return;
-    };
-    let (mut pool, mut queue) = (Pool::new(items, next), Queue::new(line));
+fn queue(arena: &mut Arena<'_>) {
+    let Ok(line) = arena.carve::<u32>(any()) else { return };
+    let mut queue = Queue::new(line);
     for _ in 0..any::<u32>() {
-        black_box((pool.acquire(any(), any()), pool.release(any()), pool.get(any())));
-        black_box(pool.get_mut(any()));
-        black_box((pool.free_len(), pool.peak()));
-        let _ = black_box(queue.enqueue(any()));
-        black_box((queue.front(), queue.len(), queue.peak()));
+        black_box(queue.enqueue(any()));
+        black_box((queue.front(), queue.len()));
         black_box(queue.dequeue());
     }
 }
@@ -76,12 +69,12 @@ entry!({
     let mut memory = [Chunk::ZERO; 8];
     let mut arena = Arena::new(any_room(&mut memory));
     if let Ok(made) = BlockCache::new(&mut arena, any(), any()) {
-        cache(made.with_owned(any(), any_bytes()));
+        cache(made);
     }
     match BlockCache::new(&mut arena, any(), any()) {
         Ok(made) => fetch(made),
         Err(error) => print(&error),
     }
-    pool_and_queue(&mut arena);
+    queue(&mut arena);
     budget();
 });
