@@ -43,14 +43,17 @@ impl LinkState {
         ports.map(link).collect()
     }
 
-    /// What it sent, from a place by a port. `buffers` are the peak and the number of those at its end.
+    /// What it sent until a run's end, from a place by a port. `buffers` are the peak and the number of those at its end.
     pub(crate) fn report(
         &self,
         from: Option<u16>,
         to: Option<u16>,
         port: u16,
         (buffers_peak, buffers): (u32, u32),
+        end: u64,
     ) -> LinkReport {
+        // The last packet may not be through by then.
+        let beyond = self.busy_until.saturating_sub(end);
         LinkReport {
             from,
             to,
@@ -58,7 +61,7 @@ impl LinkState {
             packets: self.packets,
             control_packets: self.control_packets,
             bytes: self.bytes,
-            busy_ns: self.busy,
+            busy_ns: self.busy.saturating_sub(beyond),
             buffers_peak,
             buffers,
         }

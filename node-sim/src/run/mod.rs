@@ -238,7 +238,7 @@ impl<'m, N: Actor<'m> + Send, H: Actor<'m> + Send> Run<'m, N, H> {
 
     /// What the links sent, by the place that they leave, then by port. They are given away with it: there may be very many.
     pub(crate) fn take_links(&mut self) -> Vec<LinkReport> {
-        let Self { nodes, host, .. } = self;
+        let Self { nodes, host, now, .. } = self;
         let id = |place: NodeId| (place != HOST).then_some(place.0);
         let len = nodes.iter().map(|node| node.links.len()).sum::<usize>() + host.links.len();
         let mut all = Vec::with_capacity(len);
@@ -253,7 +253,7 @@ impl<'m, N: Actor<'m> + Send, H: Actor<'m> + Send> Run<'m, N, H> {
                     Some(node) => node.buffers(link.back),
                     None => host.buffers(link.back),
                 };
-                all.push(link.report(id(here), id(to), port, buffers));
+                all.push(link.report(id(here), id(to), port, buffers, *now));
             }
         }
         all
