@@ -78,6 +78,7 @@ impl<'a> Bench<'a> {
             side: 4,
             packet: 0,
             depth: 0,
+            host_depth: 0,
         };
         let plan = NodePlan::new(MEMORY, &needs).expect("a plan");
         let settings = Settings {

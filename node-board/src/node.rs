@@ -86,6 +86,7 @@ fn plan(file: &KiloView<'_>, mesh: Mesh, bytes: usize) -> Result<NodePlan, Pictu
         // Tiles are all that is said: the least does.
         packet: 256,
         depth: 1,
+        host_depth: 0,
     };
     NodePlan::new(bytes, &needs).map_err(PictureError::Memory)
 }

@@ -2,7 +2,7 @@ use bytemuck::{Pod, Zeroable};
 
 use super::packet::{Channel, LANES, Lane};
 use super::port::PortState;
-use super::{Mesh, NodeId};
+use super::{HOST, Mesh, NodeId};
 use crate::store::{Arena, ArenaFull};
 
 /// How much a router is lent.
@@ -17,6 +17,10 @@ pub struct RouterSize {
     pub classes: u8,
     /// Packets in the buffer of each lane and port, of replies; see [`depth_of`](Self::depth_of).
     pub depth: u16,
+    /// The same of nodes.
+    pub node_depth: u16,
+    /// The same of the host, which may have more memory: all nodes send to it.
+    pub host_depth: u16,
     /// Packets of the node's own that can wait, for each channel.
     pub own: u16,
     /// Greatest payload of a packet, of replies \[bytes\]; see [`payload_of`](Self::payload_of).
@@ -32,13 +36,19 @@ impl RouterSize {
     /// The size at a place of a mesh.
     #[must_use]
     pub fn new(mesh: &Mesh, here: NodeId, depth: u16, payload: u16) -> Self {
-        Self {
-            ports: mesh.ports(here),
-            classes: mesh.classes(),
-            depth: depth.clamp(1, 255),
-            own: depth.clamp(1, 255),
-            payload,
-        }
+        let depth = depth.clamp(1, 255);
+        let (ports, classes) = (mesh.ports(here), mesh.classes());
+        let [node_depth, host_depth] = [depth; 2];
+        Self { ports, classes, depth, node_depth, host_depth, own: depth, payload }
+    }
+
+    /// The same where the host's buffers hold so many packets, if that is more.
+    #[must_use]
+    pub fn with_host(self, here: NodeId, depth: u16) -> Self {
+        let host_depth = depth.clamp(self.node_depth, 255);
+        let (depth, own) =
+            if here == HOST { (host_depth, host_depth) } else { (self.depth, self.own) };
+        Self { depth, host_depth, own, ..self }
     }
 
     /// The same with room for more packets of the node's own.
@@ -70,6 +80,12 @@ impl RouterSize {
             Channel::Request => half.min(REQUEST_DEPTH).max(self.depth),
             Channel::Reply => self.depth,
         }
+    }
+
+    /// Packets in each such buffer at the far end of a link.
+    pub(super) fn depth_at(&self, far: NodeId, channel: Channel) -> u16 {
+        let depth = if far == HOST { self.host_depth } else { self.node_depth };
+        Self { depth, ..*self }.depth_of(channel)
     }
 
     /// Packets in all queues.
@@ -215,7 +231,7 @@ pub(super) struct RouterMemory<'a> {
 }
 
 impl<'a> RouterMemory<'a> {
-    /// Empty buffers.
+    /// Empty buffers; of the ports the state is not set.
     pub(super) fn carve(arena: &mut Arena<'a>, size: &RouterSize) -> Result<Self, ArenaFull> {
         let memory = Self {
             slots: arena.carve(size.slots())?,
@@ -224,7 +240,6 @@ impl<'a> RouterMemory<'a> {
             bytes: arena.carve(size.bytes())?,
         };
         memory.fifos.fill(Fifo::default());
-        memory.ports.fill(PortState::new(size));
         Ok(memory)
     }
 }

@@ -33,6 +33,8 @@ pub struct CreditSender {
     sent: Sequence,
     /// Number of the last packet for which there is room.
     limit: Sequence,
+    /// Buffers at the far end.
+    capacity: u16,
 }
 
 impl CreditSender {
@@ -40,13 +42,18 @@ impl CreditSender {
     #[must_use]
     pub const fn new(capacity: u16) -> Self {
         debug_assert!(capacity <= 1 << 14);
-        Self { sent: Sequence(0), limit: Sequence(capacity) }
+        Self { sent: Sequence(0), limit: Sequence(capacity), capacity }
     }
 
     /// Packets that may leave now.
     #[must_use]
     pub fn available(&self) -> u16 {
         self.limit.ahead_of(self.sent).max(0) as u16
+    }
+
+    /// Whether the far end's buffers are all free, as far as it is known.
+    pub(super) fn is_full(&self) -> bool {
+        self.available() >= self.capacity
     }
 
     /// Takes a credit; the packet carries the number. `None` without credit.
@@ -67,9 +74,9 @@ impl CreditSender {
 
     /// A credit has come. An older one than what is known changes nothing, nor one for more packets than the far end has buffers: no end of this
     /// link has sent that.
-    pub fn grant(&mut self, limit: Sequence, capacity: u16) {
+    pub fn grant(&mut self, limit: Sequence) {
         let is_newer = limit.ahead_of(self.limit) > 0;
-        if is_newer && limit.0.wrapping_sub(self.sent.0) <= capacity {
+        if is_newer && limit.0.wrapping_sub(self.sent.0) <= self.capacity {
             self.limit = limit;
         }
     }
@@ -188,10 +195,10 @@ mod tests {
         let Some(second) = sender.take() else { panic!() };
         assert_eq!(sender.take(), None);
         assert_eq!(receiver.receive(second), Arrival::Accepted { lost: 1 });
-        sender.grant(receiver.limit(), 2);
+        sender.grant(receiver.limit());
         assert_eq!(sender.available(), 1);
         receiver.release();
-        sender.grant(receiver.limit(), 2);
+        sender.grant(receiver.limit());
         assert_eq!(sender.available(), 2);
     }
 
@@ -203,7 +210,7 @@ mod tests {
             assert_eq!(receiver.receive(number), Arrival::Accepted { lost: 0 });
             assert_eq!(receiver.receive(number), Arrival::Stale);
             receiver.release();
-            sender.grant(receiver.limit(), 3);
+            sender.grant(receiver.limit());
         }
     }
 
@@ -222,10 +229,10 @@ mod tests {
         let mut sender = CreditSender::new(3);
         assert_eq!(sender.take(), Some(Sequence(1)));
         for limit in [5, 6, 0x7fff, 0x8000, 0x8003, 0xffff, 0, 2] {
-            sender.grant(Sequence(limit), 3);
+            sender.grant(Sequence(limit));
             assert_eq!(sender.available(), 2);
         }
-        sender.grant(Sequence(4), 3);
+        sender.grant(Sequence(4));
         assert_eq!(sender.available(), 3);
     }
 }

@@ -102,7 +102,9 @@ impl Mesh {
             return None;
         }
         if here == HOST {
-            return Some(Hop { port: self.entry(self.nearest(to)?)?, class: 0 });
+            // Both classes are free of cycles here: what goes to different nodes need not wait for each other.
+            let class = if self.classes() > 1 { (to.0 & 1) as u8 } else { 0 };
+            return Some(Hop { port: self.entry(self.nearest(to)?)?, class });
         }
         if to != HOST {
             return self.topology.route(here, to);
@@ -128,9 +130,14 @@ impl Mesh {
         leave.map_or(0, |leave| self.topology.distance(node, leave).saturating_add(1))
     }
 
-    /// The attached node that is nearest to a node.
+    /// The attached node that is nearest to a node. Of two that are next to it one or the other, by its number, so that both links to the host are of use;
+    /// farther away the first, as nodes on the way must find the same.
     fn nearest(&self, node: NodeId) -> Option<NodeId> {
-        self.attached().iter().copied().min_by_key(|&a| self.topology.distance(node, a))
+        let (&first, others) = self.attached().split_first()?;
+        let Some(&second) = others.first() else { return Some(first) };
+        let [near, far] = [first, second].map(|attached| self.topology.distance(node, attached));
+        let goes_second = far < near || far == 1 && near == 1 && node.0 & 1 != 0;
+        Some(if goes_second { second } else { first })
     }
 
     /// The port of an attached node that leads to the host.

@@ -1,7 +1,7 @@
 use bytemuck::{Pod, Zeroable};
 
 use super::packet::{LANES, Lane, PacketHeader};
-use super::{CreditReceiver, CreditSender, RouterSize, Sequence};
+use super::{CreditReceiver, CreditSender, NodeId, RouterSize, Sequence};
 
 /// The two directions of a link, by lane.
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
@@ -27,41 +27,29 @@ pub(super) const TELL: u8 = 1;
 pub(super) const ASK: u8 = 2;
 
 impl PortState {
-    pub(super) fn new(size: &RouterSize) -> Self {
-        let depths = Lane::ALL.map(|lane| size.depth_of(lane.channel()));
-        let receivers = depths.map(CreditReceiver::new);
+    /// A port with a link to another place, or without one.
+    pub(super) fn new(size: &RouterSize, far: Option<NodeId>) -> Self {
+        let receivers = Lane::ALL.map(|lane| CreditReceiver::new(size.depth_of(lane.channel())));
+        let far_depth = |lane: Lane| far.map_or(0, |far| size.depth_at(far, lane.channel()));
         Self {
-            senders: depths.map(CreditSender::new),
+            senders: Lane::ALL.map(|lane| CreditSender::new(far_depth(lane))),
             receivers,
             told: receivers.map(|receiver| receiver.limit()),
             turn: 0,
             waiting: 0,
             control: 0,
-            joined: 0,
+            joined: u8::from(far.is_some()),
         }
     }
 
-    /// As at the beginning, apart from what waits to leave by it.
-    pub(super) fn renewed(&self, size: &RouterSize) -> Self {
-        Self { waiting: self.waiting, joined: self.joined, ..Self::new(size) }
-    }
-
-    /// A link is joined to it.
-    pub(super) const fn join(&mut self) {
-        self.joined = 1;
-    }
-
-    /// Whether a link is.
+    /// Whether a link is joined to it.
     pub(super) const fn is_joined(&self) -> bool {
         self.joined != 0
     }
 
     /// Whether credit of any lane has not come back.
     pub(super) fn is_credit_out(&self) -> bool {
-        let full = |(sender, receiver): (&CreditSender, &CreditReceiver)| {
-            sender.available() >= receiver.capacity()
-        };
-        !self.senders.iter().zip(&self.receivers).all(full)
+        !self.senders.iter().all(CreditSender::is_full)
     }
 
     /// Takes so much off all numbers of packets that leave by a lane, or come by it.

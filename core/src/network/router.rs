@@ -1,6 +1,6 @@
 use super::buffers::{ARRIVED, RouterMemory, RouterSize, Slot};
 use super::packet::{Channel, LANES, Lane, PacketHeader};
-use super::port::{ASK, TELL};
+use super::port::{ASK, PortState, TELL};
 use super::{Arrival, Mesh, NodeId, Port, Sequence};
 use crate::store::{Arena, ArenaFull};
 use choice::{Sent, fresh};
@@ -67,9 +67,7 @@ impl<'a> Router<'a> {
     ) -> Result<Self, ArenaFull> {
         let memory = RouterMemory::carve(arena, &size)?;
         for (state, port) in memory.ports.iter_mut().zip(0..) {
-            if mesh.neighbour(here, Port(port)).is_some() {
-                state.join();
-            }
+            *state = PortState::new(&size, mesh.neighbour(here, Port(port)));
         }
         Ok(Self {
             mesh,
@@ -228,11 +226,8 @@ impl<'a> Router<'a> {
             return Received::Bad;
         };
         self.changed |= port_bit(port.0);
-        // Both ends of a link have as many buffers.
-        for ((sender, receiver), limit) in
-            state.senders.iter_mut().zip(&state.receivers).zip(header.limits)
-        {
-            sender.grant(Sequence(limit), receiver.capacity());
+        for (sender, limit) in state.senders.iter_mut().zip(header.limits) {
+            sender.grant(Sequence(limit));
         }
         if header.kind == PacketHeader::CONTROL {
             for (receiver, sent) in state.receivers.iter_mut().zip(header.sent) {

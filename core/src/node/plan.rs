@@ -74,6 +74,8 @@ pub struct NodeNeeds {
     pub packet: usize,
     /// Packets in each buffer; 0 for the default.
     pub depth: u16,
+    /// Packets in each buffer at the host's end of a link; 0: as many as at nodes.
+    pub host_depth: u16,
 }
 
 /// Least and greatest payload of a packet: a ray must fit, and a length 16 bits.
@@ -198,7 +200,10 @@ impl NodePlan {
             || needs.points.expects_visits(nodes);
         let least = needs.schedule.reserve(needs.splits).saturating_add(1);
         let rays = step.rays.max(least);
-        let router = |here, depth| RouterSize::new(&needs.mesh, here, depth, payload as u16);
+        let router = |here, depth| {
+            let size = RouterSize::new(&needs.mesh, here, depth, payload as u16);
+            size.with_host(here, needs.host_depth)
+        };
         // Two packets keep a link busy; four are of use where they cost little. Both ends of a link must agree: the node that the host
         // is joined to has the most ports.
         let fits = |depth: &u16| {

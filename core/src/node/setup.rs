@@ -198,6 +198,7 @@ impl Setup {
             side: usize::from(self.side),
             packet: usize::from(self.payload),
             depth: self.depth,
+            host_depth: 0,
         };
         NodePlan::new(memory, &needs).map_err(SetupError::Memory)
     }

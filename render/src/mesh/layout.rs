@@ -7,6 +7,10 @@ use kiloray_core::node::{
 use kiloray_core::shade::{self, Shader, Tables};
 use kiloray_core::store::{Arena, Budget, BudgetError};
 
+/// Packets in each buffer at the host's end of a link. All nodes send to it, over two links: with as few as nodes with little memory have, each packet
+/// would wait for the credit of the one before.
+const HOST_DEPTH: u16 = 32;
+
 /// What decides how a run is divided among the nodes of a mesh.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MeshOptions {
@@ -196,12 +200,12 @@ impl MeshLayout {
         self.settings.placement.held(here)
     }
 
-    /// The host's end of the network is as deep as the nodes'.
+    /// The host's end of the network.
     #[must_use]
     pub fn host_router(&self, mesh: &Mesh) -> RouterSize {
         let (depth, payload) =
             self.plans.first().map_or((1, 1), |plan| (plan.router.depth, plan.router.payload));
-        RouterSize::new(mesh, HOST, depth, payload)
+        RouterSize::new(mesh, HOST, depth, payload).with_host(HOST, HOST_DEPTH)
     }
 
     /// Who asks the host for tiles.
@@ -274,6 +278,7 @@ impl Division {
                 side: self.side as usize,
                 packet,
                 depth: self.depth,
+                host_depth: HOST_DEPTH,
             };
             NodePlan::new(options.memory, &needs)
         };

@@ -123,7 +123,7 @@ impl Model for Channel {
                 Flying::Probe { sent } => {
                     s.receiver.probe(Sequence(sent));
                 }
-                Flying::Credit { limit } => s.sender.grant(Sequence(limit), self.capacity),
+                Flying::Credit { limit } => s.sender.grant(Sequence(limit)),
             },
         }
         // The wire is a set: order on it does not matter, since any message may be delivered next.

@@ -116,6 +116,7 @@ fn by_two_nodes(
             side: SIDE as usize,
             packet: 0,
             depth: 0,
+            host_depth: 0,
         };
         NodePlan::new(MEMORY, &needs).expect("it fits")
     };

@@ -2,6 +2,7 @@
 
 use super::super::buffers::Slot;
 use super::super::packet::Lane;
+use super::super::port::PortState;
 use super::super::{NodeId, Port};
 use super::{Router, port_bit};
 
@@ -21,8 +22,11 @@ impl Router<'_> {
     /// The link of a port leads to a router that has just begun: all buffers and credit of the link are as at the beginning. Packets that came by
     /// it and are still here are dropped, as their credit is no more.
     pub fn renew(&mut self, port: Port) {
+        let far = self.mesh.neighbour(self.here, port);
         let Some(state) = self.memory.ports.get_mut(usize::from(port.0)) else { return };
-        *state = state.renewed(&self.size);
+        let waiting = state.waiting;
+        *state = PortState::new(&self.size, far);
+        state.waiting = waiting;
         for lane in Lane::ALL {
             let queue = self.queue(usize::from(port.0), lane);
             if let Some(fifo) = self.memory.fifos.get_mut(queue) {

@@ -68,7 +68,7 @@ impl Router<'_> {
     /// Whether credit has not come back, apart from that of buffers at ports without a link.
     pub(crate) fn is_credit_out(&self) -> bool {
         let mut ports = self.memory.ports.iter().take(self.size.ports.into());
-        ports.any(crate::network::port::PortState::is_credit_out)
+        ports.any(super::PortState::is_credit_out)
     }
 
     /// Whether what leaves by a port next is credit without data.

@@ -163,6 +163,7 @@ impl Setup {
             side: 1,
             packet: 0,
             depth: 1,
+            host_depth: 0,
         };
         let mut plan = NodePlan::least(&needs);
         let More { rays, visits, shadows, fetches, frames, bundles, tiles } = self.more;

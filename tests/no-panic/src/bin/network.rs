@@ -41,7 +41,7 @@ fn credits() {
     let (mut sender, mut receiver) = (CreditSender::new(any()), CreditReceiver::new(any()));
     for _ in 0..any::<u32>() {
         black_box((sender.available(), sender.probe(), sender.take()));
-        sender.grant(Sequence(any()), any());
+        sender.grant(Sequence(any()));
         black_box((receiver.receive(Sequence(any())), receiver.probe(Sequence(any()))));
         receiver.release();
         black_box(receiver.limit());

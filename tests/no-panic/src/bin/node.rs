@@ -67,6 +67,7 @@ fn plan(mesh: Mesh, schedule: Schedule) -> Option<NodePlan> {
         side: any(),
         packet: any(),
         depth: any(),
+        host_depth: any(),
     };
     black_box(NodePlan::least(&needs));
     match NodePlan::new(any(), &needs) {
@@ -86,6 +87,8 @@ fn any_plan() -> NodePlan {
             ports: any(),
             classes: any(),
             depth: any(),
+            node_depth: any(),
+            host_depth: any(),
             own: any(),
             payload: any(),
         },
