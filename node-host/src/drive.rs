@@ -49,6 +49,8 @@ pub struct Spent {
     pub idle_answers_ns: u64,
     /// Idle, as there was no room to send.
     pub idle_credit_ns: u64,
+    /// Idle, as the master had not answered.
+    pub idle_master_ns: u64,
     /// Idle without work.
     pub idle_work_ns: u64,
     /// Before all neighbours were there.
@@ -72,9 +74,8 @@ pub struct Spent {
 impl Spent {
     /// From when all neighbours were there to the end \[ns\].
     pub const fn all_ns(&self) -> u64 {
-        let idle =
-            self.idle_data_ns + self.idle_answers_ns + self.idle_credit_ns + self.idle_work_ns;
-        self.busy_ns + self.network_ns + idle
+        let waits = self.idle_data_ns + self.idle_answers_ns + self.idle_credit_ns;
+        self.busy_ns + self.network_ns + waits + self.idle_master_ns + self.idle_work_ns
     }
 
     fn idle(&mut self, lack: Lack) -> &mut u64 {
@@ -82,6 +83,7 @@ impl Spent {
             Lack::Data => &mut self.idle_data_ns,
             Lack::Answers => &mut self.idle_answers_ns,
             Lack::Credit => &mut self.idle_credit_ns,
+            Lack::Master => &mut self.idle_master_ns,
             Lack::Tiles => &mut self.idle_work_ns,
         }
     }

@@ -331,6 +331,8 @@ impl<'a, W: World> Node<'a, W> {
             Lack::Answers
         } else if !self.outbox.is_empty() {
             Lack::Credit
+        } else if self.tiles.await_master() {
+            Lack::Master
         } else {
             Lack::Tiles
         }

@@ -384,6 +384,7 @@ pub(super) fn place(
 }
 
 /// A running mean over about eight values.
+#[cfg_attr(not(feature = "bundles"), inline(never))]
 pub(super) const fn smoothed(mean: Time, value: Time) -> Time {
     if mean.0 == 0 { value } else { Time((mean.0.saturating_mul(7).saturating_add(value.0)) / 8) }
 }

@@ -59,15 +59,20 @@ impl<'a> Group<'a> {
         self.members.get_mut(usize::from(place))
     }
 
-    /// A node has asked. Who has waited and asks again is told that there is no tile, so that it sees that its sub-master lives.
+    /// A node has asked. Who has waited and asks again is told that there is no tile, so that it sees that its sub-master lives; so is a request that was
+    /// overtaken by what came of it, as nobody waits for its answer, and one of a node in place of this one, which comes to the next number soon.
     pub(super) fn on_ask(&mut self, from: NodeId, number: u32) -> Asked {
         let turn = self.turn.wrapping_add(1).max(1);
         let Some(member) = self.member(from) else { return Asked::Answered(None) };
-        let is_new = member.number != number || member.turn == 0 && member.answer == 0;
-        if is_new {
+        let ahead = number.wrapping_sub(member.number).cast_signed();
+        let has_asked = member.turn != 0 || member.answer != 0;
+        if ahead > 0 || !has_asked {
             *member = Member { number, turn, answer: 0 };
             self.turn = turn;
             return Asked::Waits;
+        }
+        if ahead < 0 {
+            return Asked::Answered(None);
         }
         if member.turn != 0 {
             (member.turn, member.answer) = (0, NO_TILE);

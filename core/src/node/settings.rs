@@ -35,6 +35,7 @@ pub struct Settings {
 
 impl Settings {
     /// The time limit of a request that was made so often in vain, if answers have taken so long of late: `patience` at least, halved `haste` times.
+    #[cfg_attr(not(feature = "bundles"), inline(never))]
     pub(super) fn limit(&self, haste: u8, took: Time, tries: u16) -> Time {
         let least = Time(self.patience.0 >> (haste & 63));
         least.max(took.doubled(MARGIN)).doubled(tries.min(DOUBLINGS) as u8)

@@ -16,6 +16,8 @@ pub(super) struct Tiles {
     /// A request is under way until this moment at the latest.
     asked: Option<Time>,
     tries: u8,
+    /// How often a master has answered twice: it was asked again though nothing was lost, so time limits are doubled.
+    late: u8,
     /// How many more requests go straight to the host, as the sub-master did not answer.
     past: u32,
     /// There was nothing to be had: it asks again at this moment.
@@ -34,6 +36,8 @@ pub(super) struct Tiles {
 const LEASES: usize = 4;
 /// Requests that go past a sub-master which lets two wait: one that has died is waited for so much more rarely.
 const PAST: u32 = 16;
+/// Time limits are doubled so often at most, as answers come late.
+const LATE_MAX: u8 = 5;
 /// For how many tiles a sub-master asks at once, for each node of its group.
 const LEASE_PER_NODE: u32 = 2;
 
@@ -45,6 +49,7 @@ impl Tiles {
             answers: [0; 2],
             asked: None,
             tries: 0,
+            late: 0,
             past: 0,
             dry: Time(0),
             idle: false,
@@ -117,6 +122,8 @@ impl Tiles {
         s.bool(&mut self.idle);
         s.all(&mut self.answers);
         s.pod(&mut self.tries);
+        // Of time limits only that they run counts.
+        self.late = 0;
         s.pod(&mut self.past);
         for (first, count) in &mut self.leases {
             *first = if *count == 0 { 0 } else { *first };
@@ -141,13 +148,19 @@ impl Tiles {
         }
     }
 
+    /// Whether a master has still to answer: what it was asked for, or that it has the sums of a tile, whose place the next one takes.
+    pub(super) fn await_master(&self) -> bool {
+        self.asked.is_some() || self.leased() > 0
+    }
+
     fn leased(&self) -> u32 {
         self.leases.iter().fold(0, |sum, (_, count)| sum.saturating_add(*count))
     }
 }
 
 impl<W: World> Node<'_, W> {
-    /// Asks a master for tiles when the camera rays of all that it has are under way.
+    /// Asks a master for tiles when the camera rays of all that it has are under way, and there is room for another, or will be as soon as the sums of one are
+    /// accepted: it comes with the answer to them.
     pub(super) fn ask_for_tiles(&mut self, now: Time) {
         let wanted = if self.is_sub_master() {
             let most = u32::from(self.settings.group).saturating_mul(LEASE_PER_NODE);
@@ -155,8 +168,12 @@ impl<W: World> Node<'_, W> {
             // Half of what came last is given away: more than its share would lie here while others have nothing to do.
             if room && self.tiles.leased() <= self.tiles.had / 2 { most } else { 0 }
         } else {
-            let idle = self.free_tile().is_some() && self.tiles.opening(self.roots).is_none();
-            u32::from(idle)
+            let roots = self.roots.get(..self.tiles.len).unwrap_or_default();
+            let ends = |root: &Root| {
+                matches!(root.state(), RootState::Free | RootState::Sending | RootState::Sent)
+            };
+            let opening = self.tiles.opening(self.roots).is_some();
+            u32::from(!opening && self.tiles.leased() == 0 && roots.iter().any(ends))
         };
         // Who has come to the end of all its work asks once more: the master may know who has some left.
         let done = self.is_idle() && self.settings.shadow != ShadowPolicy::Keep;
@@ -176,12 +193,23 @@ impl<W: World> Node<'_, W> {
         let to = if self.tiles.past > 0 { HOST } else { self.master() };
         let ask = Message::Ask { number: *self.tiles.answers_of(to), count: wanted };
         if self.push(to, &ask, now) {
-            let wait = self.settings.limit(0, Time(0), self.tiles.tries.into());
+            let wait = self.tiles_limit(self.tiles.tries);
             self.tiles.asked = Some(now.after(wait));
             // The answer says anew how long there is nothing; if none comes, it asks again.
             self.tiles.dry = Time(0);
             self.tiles.idle = done;
         }
+    }
+
+    /// The time limit of what a master was told or asked so often in vain.
+    fn tiles_limit(&self, tries: u8) -> Time {
+        self.settings.limit(0, Time(0), tries.saturating_add(self.tiles.late).into())
+    }
+
+    /// A master has answered for the second time. (Links drop what they carry twice.)
+    fn note_late_answer(&mut self) {
+        self.tiles.late = self.tiles.late.saturating_add(1).min(LATE_MAX);
+        self.note_unasked();
     }
 
     fn is_sub_master(&self) -> bool {
@@ -236,7 +264,7 @@ impl<W: World> Node<'_, W> {
         let master = from == HOST || from == self.master();
         let answers = self.tiles.answers_of(from);
         if !master || *answers != number {
-            self.note_unasked();
+            self.note_late_answer();
             return;
         }
         *answers = number.wrapping_add(1);
@@ -319,7 +347,7 @@ impl<W: World> Node<'_, W> {
                 self.counts.tiles = self.counts.tiles.saturating_add(1);
                 self.free_root(at);
             }
-            None => self.note_unasked(),
+            None => self.note_late_answer(),
         }
     }
 
@@ -345,7 +373,7 @@ impl<W: World> Node<'_, W> {
                 }
                 sent = sent.saturating_add(count);
             }
-            let wait = self.settings.limit(0, Time(0), root.tries.saturating_add(2).into());
+            let wait = self.tiles_limit(root.tries.saturating_add(2));
             let Some(root) = self.roots.get_mut(at) else { break };
             root.sent = sent as u32;
             if sent < pixels {

@@ -155,7 +155,9 @@ pub enum Lack {
     Data,
     /// Answers to rays that were sent.
     Answers,
-    /// Tiles.
+    /// An answer of the master, or of the host.
+    Master,
+    /// Tiles: there are none.
     Tiles,
     /// Room in buffers to send.
     Credit,

@@ -54,6 +54,8 @@ pub struct NodeTime {
     pub idle_answers: u64,
     /// Idle, as there was no room to send.
     pub idle_credit: u64,
+    /// Idle, as the master had not answered.
+    pub idle_master: u64,
     /// Idle without work.
     pub idle_work: u64,
     /// After its death.
@@ -73,6 +75,22 @@ impl NodeTime {
             + self.forwards
     }
 
+    /// What it would have been if a node had not been slower by a factor: its work, not its waits.
+    #[must_use]
+    pub fn at_full_speed(self, slow: f64) -> Self {
+        let part = |ns: u64| (ns as f64 / slow) as u64;
+        Self {
+            trace: part(self.trace),
+            shade: part(self.shade),
+            clip: part(self.clip),
+            messages: part(self.messages),
+            copies: part(self.copies),
+            checks: part(self.checks),
+            forwards: part(self.forwards),
+            ..self
+        }
+    }
+
     /// The part of its work that one node would have to do as well: tracing and shading.
     pub(crate) fn useful(&self) -> f32 {
         (self.trace + self.shade) as f32 / self.busy().max(1) as f32
@@ -81,7 +99,7 @@ impl NodeTime {
     /// Idle, for whatever reason.
     #[must_use]
     pub fn idle(&self) -> u64 {
-        self.idle_data + self.idle_answers + self.idle_credit + self.idle_work
+        self.idle_data + self.idle_answers + self.idle_credit + self.idle_master + self.idle_work
     }
 
     /// Of work, the first so many ns, each part in its share.
@@ -104,7 +122,7 @@ impl NodeTime {
 
     /// All of it, by name.
     #[must_use]
-    pub fn parts(&self) -> [(&'static str, u64); 12] {
+    pub fn parts(&self) -> [(&'static str, u64); 13] {
         [
             ("trace", self.trace),
             ("shade", self.shade),
@@ -116,6 +134,7 @@ impl NodeTime {
             ("idle_data", self.idle_data),
             ("idle_answers", self.idle_answers),
             ("idle_credit", self.idle_credit),
+            ("idle_master", self.idle_master),
             ("idle_work", self.idle_work),
             ("dead", self.dead),
         ]
@@ -134,6 +153,7 @@ impl AddAssign for NodeTime {
         self.idle_data += other.idle_data;
         self.idle_answers += other.idle_answers;
         self.idle_credit += other.idle_credit;
+        self.idle_master += other.idle_master;
         self.idle_work += other.idle_work;
         self.dead += other.dead;
     }

@@ -25,6 +25,8 @@ pub(crate) struct PlaceState {
     pub(crate) step: NodeTime,
     /// Until when it is kept by packets that it has passed on, if it does nothing else from the end of its step on \[ns\].
     pub(crate) kept_until: u64,
+    /// Until when it is at packets that it passes on \[ns\]: the next one waits so long.
+    pub(crate) forwards_until: u64,
     /// Where its time went, the present step not counted.
     pub(crate) time: NodeTime,
     /// What it did.
@@ -61,6 +63,7 @@ impl PlaceState {
             stored: 0,
             step: NodeTime::default(),
             kept_until: 0,
+            forwards_until: 0,
             time: NodeTime::default(),
             work: Work::default(),
             steps: 0,
@@ -83,6 +86,7 @@ impl PlaceState {
             Phase::Idle(Lack::Data) => &mut self.time.idle_data,
             Phase::Idle(Lack::Answers) => &mut self.time.idle_answers,
             Phase::Idle(Lack::Credit) => &mut self.time.idle_credit,
+            Phase::Idle(Lack::Master) => &mut self.time.idle_master,
             Phase::Idle(Lack::Tiles) => &mut self.time.idle_work,
             Phase::Dead => &mut self.time.dead,
         } += length;

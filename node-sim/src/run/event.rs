@@ -9,6 +9,11 @@ pub(crate) enum Event {
         /// Which of those here.
         packet: u32,
     },
+    /// A node that passes packets on itself has come to one: it lies in a buffer from now on.
+    Enter {
+        /// Which of those here.
+        packet: u32,
+    },
     /// A link from here has sent its packet, and another waits.
     Free {
         /// The link, by its port.
@@ -82,6 +87,7 @@ impl Event {
             Self::Wake => (3, 0),
             Self::Remind => (4, 0),
             Self::Crash => (5, 0),
+            Self::Enter { packet } => (6, packet),
         };
         debug_assert!(at < 1 << (u32::BITS - KIND));
         at << KIND | kind
@@ -95,7 +101,8 @@ impl Event {
             2 => Self::Done,
             3 => Self::Wake,
             4 => Self::Remind,
-            _ => Self::Crash,
+            5 => Self::Crash,
+            _ => Self::Enter { packet: at },
         }
     }
 }

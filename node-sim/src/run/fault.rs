@@ -5,8 +5,10 @@ use crate::{Faults, Rate};
 pub(crate) struct Fate {
     /// It never arrives.
     pub(crate) lost: bool,
-    /// It arrives twice.
+    /// It is sent twice.
     pub(crate) doubled: bool,
+    /// The second of them never arrives.
+    pub(crate) copy_lost: bool,
     /// Beyond its time \[ns\].
     pub(crate) delay: u64,
     /// Those behind it do not wait for it: it can be overtaken.
@@ -19,11 +21,12 @@ const STRAYS: Rate = Rate { count: 1, of: 16 };
 
 /// The fate of the `number`-th packet of a link: a function of the seed and these.
 pub(crate) fn fate(faults: &Faults, seed: u64, link: u32, number: u64) -> Fate {
-    let base = mix(mix(seed ^ u64::from(link)) ^ number);
+    let base = mix(mix(mix(seed) ^ u64::from(link)) ^ number);
     let draw = |what: u64| mix(base ^ what);
     Fate {
         lost: happens(faults.loss, draw(1)),
         doubled: happens(faults.duplicate, draw(2)),
+        copy_lost: happens(faults.loss, draw(5)),
         delay: scale(draw(3), faults.jitter.saturating_add(1)),
         strays: faults.jitter > 0 && happens(STRAYS, draw(4)),
     }
@@ -51,6 +54,18 @@ mod tests {
     use super::*;
 
     #[test]
+    fn neighbouring_seeds_are_not_each_other_with_links_exchanged() {
+        let faults = Faults { loss: Rate { count: 1, of: 10 }, ..Faults::default() };
+        let lost = |seed: u64, link: u32| -> Vec<bool> {
+            (0..64).map(|number| fate(&faults, seed, link, number).lost).collect()
+        };
+        let known: Vec<_> = (0..8).map(|link| lost(0, link)).collect();
+        for (seed, link) in (1..8).flat_map(|seed| (0..8).map(move |link| (seed, link))) {
+            assert!(!known.contains(&lost(seed, link)), "{seed} {link}");
+        }
+    }
+
+    #[test]
     fn rates_are_kept() {
         let rate = |count, of| Rate { count, of };
         let faults =
@@ -67,6 +82,7 @@ mod tests {
         assert!((445_000..455_000).contains(&delay), "{delay}");
         assert!(fates.iter().all(|fate| fate.delay <= 9));
         let none = fate(&Faults::default(), 7, 1, 1);
-        assert_eq!(none, Fate { lost: false, doubled: false, delay: 0, strays: false });
+        let whole = Fate { lost: false, doubled: false, copy_lost: false, delay: 0, strays: false };
+        assert_eq!(none, whole);
     }
 }

@@ -13,6 +13,8 @@ pub(crate) struct LinkState {
     pub(crate) busy_until: u64,
     /// The last packet that is not overtaken arrives then.
     pub(crate) last_arrival: u64,
+    /// What has come by it has been passed on by then.
+    pub(crate) enters: u64,
     /// An event is entered for the end of what it sends.
     pub(crate) awaited: bool,
     /// Packets sent, control packets not counted.
@@ -34,6 +36,7 @@ impl LinkState {
             back: mesh.reverse(place, port).unwrap_or(Port(0)),
             busy_until: 0,
             last_arrival: 0,
+            enters: 0,
             awaited: false,
             packets: 0,
             control_packets: 0,

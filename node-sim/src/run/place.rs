@@ -97,7 +97,10 @@ impl<'m, A: Actor<'m>> Place<'m, A> {
             journal.now = journal.now.max(time);
             journal.events += 1;
             match event {
-                Event::Arrive { packet } => self.arrive(journal, packet),
+                Event::Arrive { packet } if self.settings.profile.forward > 0.0 => {
+                    self.forward(packet);
+                }
+                Event::Arrive { packet } | Event::Enter { packet } => self.arrive(journal, packet),
                 Event::Free { port } => {
                     self.links[usize::from(port)].awaited = false;
                     self.transmit(journal, Port(port));
@@ -142,6 +145,20 @@ impl<'m, A: Actor<'m>> Place<'m, A> {
         self.actor.router()
     }
 
+    /// A packet has come to a node that passes packets on itself. Each takes its time, one after the other, and what comes by the same link behind it waits.
+    fn forward(&mut self, packet: u32) {
+        let (bytes, port) = self.packets.get(packet);
+        let (header, _) = PacketHeader::split(bytes).expect("routers send good packets");
+        let link = &mut self.links[usize::from(port.0)];
+        if header.kind == PacketHeader::DATA && header.to() != self.here {
+            let time = self.settings.profile.forwarding(bytes.len(), self.slow);
+            self.state.keep(self.now, time);
+            self.state.forwards_until = self.state.forwards_until.max(self.now) + time;
+            link.enters = self.state.forwards_until;
+        }
+        self.queue.push(link.enters.max(self.now), Event::Enter { packet });
+    }
+
     fn arrive(&mut self, journal: &mut Journal, packet: u32) {
         let here = self.here;
         let dead = self.state.phase == Phase::Dead;
@@ -156,10 +173,6 @@ impl<'m, A: Actor<'m>> Place<'m, A> {
         } else {
             router.receive(port, bytes, |node| dead && node == here)
         };
-        if received == Received::Buffered && passes {
-            let time = self.settings.profile.forwarding(bytes.len(), self.slow);
-            self.state.keep(self.now, time);
-        }
         if received == Received::Buffered && !passes {
             let seen = Sight::arriving(sender, here, payload);
             journal.moments.extend(seen.map(|sight| (self.now, Moment::Seen(sight))));
@@ -271,21 +284,29 @@ impl<'m, A: Actor<'m>> Place<'m, A> {
         }
         let fate = fault::fate(&settings.faults, settings.seed, number, of_link);
         self.faults.delayed += u64::from(fate.delay > 0 && !fate.lost);
-        if fate.doubled {
-            self.faults.doubled += 1;
-            let copy = departs(arrival + fate.delay + duration, packet.clone());
-            journal.departures.push(copy);
-        }
-        if fate.lost {
-            self.faults.lost += 1;
-            return;
-        }
         let mut arrival = arrival + fate.delay;
         if !fate.strays {
             arrival = arrival.max(link.last_arrival);
-            link.last_arrival = arrival;
         }
-        journal.departures.push(departs(arrival, packet));
+        if fate.doubled {
+            // The copy goes behind it over the same link.
+            self.faults.doubled += 1;
+            self.faults.lost += u64::from(fate.copy_lost);
+            link.busy_until += duration;
+            link.busy += duration;
+            link.bytes += len as u64;
+            journal.spans.push(Span::Sent { at: self.now, bytes: len as u64 });
+            if !fate.copy_lost {
+                journal.departures.push(departs(arrival + duration, packet.clone()));
+            }
+        }
+        if !fate.strays {
+            link.last_arrival = arrival + if fate.doubled { duration } else { 0 };
+        }
+        self.faults.lost += u64::from(fate.lost);
+        if !fate.lost {
+            journal.departures.push(departs(arrival, packet));
+        }
     }
 
     /// A packet of the actor has left.

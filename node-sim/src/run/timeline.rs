@@ -37,6 +37,11 @@ impl Default for TimelineRecorder {
 }
 
 impl TimelineRecorder {
+    /// Spans up to this moment are going to be entered: it grows before the first, so that their order makes no difference.
+    pub(crate) fn reach(&mut self, end: u64) {
+        self.at(end.saturating_sub(1));
+    }
+
     /// A node was at work, this part of it tracing and shading.
     pub(crate) fn busy(&mut self, from: u64, to: u64, useful: f32) {
         self.spread(from, to, |step, ns| {

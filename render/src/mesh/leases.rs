@@ -67,6 +67,11 @@ pub(super) struct Given {
     pub(super) wait: u32,
 }
 
+/// Whether a number of a request comes after another; they wrap.
+const fn is_after(number: u32, other: u32) -> bool {
+    number.wrapping_sub(other).cast_signed() > 0
+}
+
 /// The least wait \[ns\].
 const WAIT_MIN: u64 = 100_000;
 
@@ -99,17 +104,21 @@ impl Leases {
     /// Places for an asker that can take `count`. A request has one answer, however often it comes: if another were lost, what it gave would be missed
     /// only when it is overdue.
     pub(super) fn ask(&mut self, now: Time, from: NodeId, number: u32, count: u32) -> Given {
-        if let Some(asker) = self.askers.get(&from).filter(|asker| asker.number == number) {
-            let open = self.still_open(asker.first, asker.count);
-            if let Some((first, count)) = open {
-                self.counts.repeated += 1;
-                return Given { first, count, wait: 0 };
+        let known = self.askers.get(&from).copied();
+        if let Some(asker) = known.filter(|asker| !is_after(number, asker.number)) {
+            self.counts.repeated += 1;
+            if asker.number == number {
+                if let Some((first, count)) = self.still_open(asker.first, asker.count) {
+                    return Given { first, count, wait: 0 };
+                }
+                if asker.count == 0 {
+                    return self.nothing(now, from);
+                }
             }
-            if asker.count == 0 {
-                self.counts.repeated += 1;
-                return self.nothing(now, from);
-            }
-            // All of it is complete: a node in place of this one begins to ask.
+            // It was overtaken by what came of it: nobody waits for its answer, and tiles would be with nobody. Or a node in place of this one begins to
+            // ask: it comes to the next number soon.
+            let wait = if self.is_done() { u32::MAX } else { 1 };
+            return Given { first: u32::MAX, count: 0, wait };
         }
         let count = count.max(1);
         let _ = self.askers.entry(from).or_insert(Asker { number, first: 0, count: 0 });

@@ -200,17 +200,18 @@ fn hosted(file: &KiloFile, arguments: &Arguments, nodes: u16) -> Result<(Outcome
 /// Where the time of each process went.
 fn print(outcome: &Outcome) {
     println!(
-        "         busy network | idle: data answers credit work |  cpu: driver others | steps, packets out (KiB), in; tiles, again [ms]"
+        "         busy network | idle: data answers credit host work |  cpu: driver others | steps, packets out (KiB), in; tiles, again [ms]"
     );
     let row = |name: String, time: &Spent| {
         let ms = |ns: u64| ns as f64 / 1e6;
         print!(
-            "{name:>5} {:>7.0} {:>7.0} | {:>10.0} {:>7.0} {:>6.0} {:>4.0} | {:>12.0} {:>6.0} | {}, {} ({}), {}",
+            "{name:>5} {:>7.0} {:>7.0} | {:>10.0} {:>7.0} {:>6.0} {:>4.0} {:>4.0} | {:>12.0} {:>6.0} | {}, {} ({}), {}",
             ms(time.busy_ns),
             ms(time.network_ns),
             ms(time.idle_data_ns),
             ms(time.idle_answers_ns),
             ms(time.idle_credit_ns),
+            ms(time.idle_master_ns),
             ms(time.idle_work_ns),
             ms(time.driver_cpu_ns),
             ms(time.process_cpu_ns.saturating_sub(time.driver_cpu_ns)),

@@ -231,6 +231,7 @@ impl Run<'_> {
             ("data", "waiting for blocks", self.part(|time| time.idle_data_ns)),
             ("answers", "waiting for answers to rays", self.part(|time| time.idle_answers_ns)),
             ("credit", "waiting for room to send", self.part(|time| time.idle_credit_ns)),
+            ("master", "waiting for the host's answers", self.part(|time| time.idle_master_ns)),
             ("imbalance", "no work left to ask for", self.part(|time| time.idle_work_ns)),
             ("messages", "taking packets from the network", self.part(|time| time.network_ns)),
         ];

@@ -82,12 +82,13 @@ fn nodes(page: &mut Page, run: &Run<'_>) {
         .iter()
         .map(|node| {
             let time = &node.time;
-            let idle = [time.idle_data_ns, time.idle_answers_ns, time.idle_credit_ns];
+            let waits = [time.idle_data_ns, time.idle_answers_ns, time.idle_credit_ns];
+            let idle = waits.into_iter().chain([time.idle_master_ns]);
             vec![
                 node.node.to_string(),
                 duration(time.busy_ns),
                 duration(time.network_ns),
-                duration(total(idle.into_iter())),
+                duration(total(idle)),
                 duration(time.idle_work_ns),
                 duration(time.process_cpu_ns),
                 count(node.counts.tiles),

@@ -23,7 +23,10 @@ pub(in crate::command) fn efficiency(report: &Report, baseline: &Baseline) -> f6
 /// Without a baseline what was traced more than once cannot be known: it is left out.
 pub(in crate::command) fn lost(report: &Report, baseline: Option<&Baseline>) -> Vec<Loss> {
     let all = all_nodes_ns(report).max(1.0);
-    let t = &report.totals.time;
+    let mut t = NodeTime::default();
+    for node in &report.nodes {
+        t += node.time.at_full_speed(node.slow);
+    }
     let one = baseline.map(|b| b.time).unwrap_or_default();
     let more = |many: u64, one: u64| (many as f64 - one as f64) / all;
     let handling = more(t.messages + t.copies, one.messages + one.copies);
@@ -32,6 +35,7 @@ pub(in crate::command) fn lost(report: &Report, baseline: Option<&Baseline>) -> 
         ("data", "waiting for blocks", more(t.idle_data, one.idle_data)),
         ("answers", "waiting for answers to rays", more(t.idle_answers, one.idle_answers)),
         ("credit", "waiting for room to send", more(t.idle_credit, one.idle_credit)),
+        ("master", "waiting for the host's answers", more(t.idle_master, one.idle_master)),
         ("imbalance", "no work left to ask for", more(t.idle_work, one.idle_work)),
         ("messages", "handling messages", handling - refused),
         ("refused", "rays refused and sent again", refused),
@@ -40,6 +44,9 @@ pub(in crate::command) fn lost(report: &Report, baseline: Option<&Baseline>) -> 
         ("clip", "clipping bundles", more(t.clip, one.clip)),
         ("crashed", "nodes after their crash", more(t.dead, one.dead)),
     ];
+    if report.nodes.iter().any(|node| (node.slow - 1.0).abs() > 0.0) {
+        losses.push(("slow", "nodes that are slow", more(report.totals.time.busy(), t.busy())));
+    }
     if baseline.is_some() {
         let repeated = more(t.trace + t.shade, one.trace + one.shade);
         losses.push(("repeated", "tracing and shading that one node does not do", repeated));

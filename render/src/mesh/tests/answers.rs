@@ -87,10 +87,23 @@ fn an_ask_that_comes_again_has_the_same_answer() {
     for tile in [1, 3] {
         assert!(send(&mut ledger, 2 * MS, (tile, 0), 16, 9));
     }
-    // Nothing is left of it: it is a new one.
-    assert_eq!(ask(&mut ledger, 3 * MS, A, 0, 4), (4, 3, 0));
-    assert_eq!(ask(&mut ledger, 3 * MS, A, 1, 4), (7, 1, 0));
-    assert_eq!((ledger.counts().repeated, ledger.counts().given_again), (2, 0));
+    // Nothing is left of it. What it would be given now would be nobody's, if the first answer came before it.
+    assert_eq!(ask(&mut ledger, 3 * MS, A, 0, 4), (u32::MAX, 0, 1));
+    assert_eq!(ask(&mut ledger, 3 * MS, A, 1, 4), (4, 3, 0));
+    assert_eq!((ledger.counts().repeated, ledger.counts().given_again), (3, 0));
+}
+
+#[test]
+fn an_ask_that_was_overtaken_is_given_nothing() {
+    let mut ledger = ledger();
+    assert_eq!(ask(&mut ledger, 0, A, 0, 1), (0, 1, 0));
+    assert_eq!(ask(&mut ledger, 0, A, 1, 1), (1, 1, 0));
+    assert_eq!(ask(&mut ledger, 0, A, 0, 1), (u32::MAX, 0, 1));
+    assert_eq!(ask(&mut ledger, 0, A, 1, 1), (1, 1, 0), "what is open is still its own");
+    // A node in place of this one begins at 0, and asks until it is where the other was.
+    let place = (0..3).map(|number| ask(&mut ledger, 0, A, number, 1));
+    assert_eq!(place.collect::<Vec<_>>(), [(u32::MAX, 0, 1), (1, 1, 0), (2, 1, 0)]);
+    assert_eq!((ledger.counts().given, ledger.counts().given_again), (3, 0));
 }
 
 #[test]

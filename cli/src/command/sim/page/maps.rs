@@ -38,6 +38,7 @@ pub(super) fn draw(page: &mut Page, run: &Run<'_>, layout: &Layout) {
     own("idle: waiting for blocks", &percent, &|n| alive(n, n.time.idle_data));
     own("idle: waiting for answers", &percent, &|n| alive(n, n.time.idle_answers));
     own("idle: waiting for room to send", &percent, &|n| alive(n, n.time.idle_credit));
+    own("idle: waiting for the host", &percent, &|n| alive(n, n.time.idle_master));
     own("idle: without work", &percent, &|n| alive(n, n.time.idle_work));
     own("communicating", &percent, &|n| {
         alive(n, n.time.messages + n.time.copies + n.time.checks + n.time.forwards)
