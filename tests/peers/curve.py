@@ -23,13 +23,13 @@ import json
 import os
 import resource
 import subprocess
-import sys
-import time
 
 import numpy as np
 
-sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
-import images  # noqa: E402
+import images
+import kiloray
+import mitsuba_worker
+import radiance
 
 SIZES = {'cornell': (128, 128), 'glass': (192, 128), 'conference': (160, 100)}
 REFERENCE_SPP = {'cornell': 1 << 16, 'glass': 1 << 15, 'conference': 1 << 15}
@@ -42,8 +42,6 @@ KILORAY = [(1, 1), (2, 1), (4, 1), (16, 1), (64, 1), (256, 1), (1, 0), (2, 0), (
 MANY = [(1, 1, 1), (1, 1, 2), (1, 1, 4), (1, 1, 8), (2, 1, 4)]
 MITSUBA = [1, 4, 16, 64, 256, 1024, 4096]
 RADIANCE = [(1, 0.2), (1, 0.05), (4, 0.2), (4, 0.1), (16, 0.2), (16, 0.1), (64, 0.2)]
-RADIANCE_EXACT = '-dj .9 -dt 0 -dc 1 -lr 12 -lw 1e-5'
-RADIANCE_QUICK = '-dj .9 -dt .05 -dc .5 -lr 12 -lw 1e-3'
 
 
 def main():
@@ -74,8 +72,7 @@ class Scene:
         self.only = options.only.split(',')
         self.dir = os.path.join(os.path.abspath(options.out), name)
         self.width, self.height = SIZES.get(name, (128, 128))
-        made = subprocess.run(['target/release/export', name, self.dir], check=True, stdout=subprocess.PIPE)
-        self.facts = json.loads(made.stdout)
+        self.facts = kiloray.export(name, self.dir)
         print(name, self.facts, flush=True)
 
     def path(self, name):
@@ -120,7 +117,7 @@ class Scene:
             return
         path = self.path('radiance-best.npy')
         if not os.path.exists(path):
-            np.save(path, self.rtrace(64, 0.1, RADIANCE_EXACT, self.width, self.height)[0])
+            np.save(path, self.rtrace(64, 0.1, radiance.EXACT, self.width, self.height)[0])
         best = images.load(path)
         scale = np.maximum(self.image, 0.05 * self.image.mean())
         alike = (np.abs(best - self.image) < 0.1 * scale).all(2)
@@ -138,11 +135,9 @@ class Scene:
                 continue
 
             def run():
-                used = cpu(['target/release/kiloray', 'render', self.path('scene.rad'), '--view', self.path('scene.vf'),
-                            '--width', str(self.width), '--height', str(self.height), '--samples', str(samples),
-                            *(['--shadow-samples', str(shadow)] if shadow else []),
-                            *(['--lights-per-point', str(lights)] if lights else []), '--threads', '1', '--quiet',
-                            '--json', report, '-o', out])[0]
+                used = cpu(kiloray.rendering(
+                    self.path('scene.rad'), out, view=self.path('scene.vf'), width=self.width, height=self.height, samples=samples,
+                    shadow_samples=shadow or None, lights_per_point=lights, threads=1, json=report))[0]
                 with open(report) as file:
                     return json.load(file)['render_s'], used
             render_s, used = shortest(run)
@@ -165,32 +160,26 @@ class Scene:
                 self.add('mitsuba %s, %s' % (variant, sampler), '%d spp' % spp, render_s, used, images.load(path))
 
     def worker(self, variant, what, spp, path):
-        out = subprocess.run([sys.executable, os.path.join(os.path.dirname(os.path.abspath(__file__)), 'mitsuba_worker.py'),
-                              self.path('scene.xml'), variant, what, str(spp), str(self.width), str(self.height),
-                              str(int(self.facts['specular'])), path], check=True, stdout=subprocess.PIPE)
-        return float(out.stdout)
+        return mitsuba_worker.render(self.path('scene.xml'), variant, what, spp, self.width, self.height, self.facts['specular'], path)
 
     def radiance(self):
-        start = min(self.rtrace(1, 0.2, RADIANCE_EXACT, 2, 2)[1] for _ in range(3))
-        for name, options in (('exact', RADIANCE_EXACT), ('selective', RADIANCE_QUICK)):
+        start = min(self.rtrace(1, 0.2, radiance.EXACT, 2, 2)[1] for _ in range(3))
+        for name, settings in (('exact', radiance.EXACT), ('selective', radiance.QUICK)):
             if name == 'selective' and self.facts['lights'] < 2:
                 continue
             for spp, ds in RADIANCE:
                 # With many lights the costly settings take minutes, and reach no less error than Radiance's own bias.
                 if self.quick and spp > 4 or self.facts['lights'] > 8 and spp > 0.8 / ds:
                     continue
-                used, image = shortest(lambda: self.rtrace(spp, ds, options, self.width, self.height)[::-1])
+                used, image = shortest(lambda: self.rtrace(spp, ds, settings, self.width, self.height)[::-1])
                 self.add('radiance', '%d paths, -ds %g, %s' % (spp, ds, name), used - start, used, image)
 
-    def rtrace(self, spp, ds, options, width, height):
+    def rtrace(self, spp, ds, settings, width, height):
         octree = self.path('scene.oct')
         if not os.path.exists(octree):
-            with open(octree, 'wb') as out:
-                subprocess.run(['oconv', self.path('scene.rad')], stdout=out, env=RADIANCE_ENV, check=True)
-        rays = subprocess.run(['vwrays', '-ff', '-vf', self.path('scene.vf'), '-x', str(width), '-y', str(height), '-pa', '0',
-                               '-c', str(spp), '-pj', '1'], stdout=subprocess.PIPE, env=RADIANCE_ENV, check=True).stdout
-        used, out = cpu(['rtrace', '-w', '-h', '-fff', '-ov', '-ab', '0', '-ds', str(ds), *options.split(), octree],
-                        stdin=rays, env=RADIANCE_ENV)
+            radiance.octree(self.path('scene.rad'), octree)
+        rays = radiance.rays(self.path('scene.vf'), width, height, spp)
+        used, out = cpu(radiance.rtrace(octree, settings, ds), stdin=rays, env=radiance.ENVIRONMENT)
         values = np.frombuffer(out, np.float32).reshape(height, width, spp, 3)
         return values.astype(np.float64).mean(2), used
 
@@ -212,15 +201,6 @@ def cpu(command, stdin=None, env=None):
     begin = children()
     done = subprocess.run(command, input=stdin, stdout=subprocess.PIPE, env=env, check=True)
     return children() - begin, done.stdout
-
-
-def radiance_env():
-    import pyradiance
-    root = os.path.dirname(pyradiance.__file__)
-    return dict(os.environ, PATH=os.path.join(root, 'bin') + ':' + os.environ['PATH'], RAYPATH=os.path.join(root, 'lib'))
-
-
-RADIANCE_ENV = radiance_env()
 
 
 # What came out.

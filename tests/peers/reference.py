@@ -7,21 +7,21 @@ Mitsuba, its `direct` integrator (one sample of the lamp), box filter, 64 passes
 pixel with different seeds; the scene is what `export cornell` writes.
 """
 import os
-import subprocess
-import sys
 import tempfile
 
 import numpy as np
+
+import kiloray
+import mitsuba_worker
 
 here = os.path.dirname(os.path.abspath(__file__))
 
 WIDTH, SPP = 128, 1 << 16
 
 with tempfile.TemporaryDirectory() as folder:
-    subprocess.run(['target/release/export', 'cornell', folder], check=True)
+    facts = kiloray.export('cornell', folder)
     out = os.path.join(folder, 'image.npy')
-    subprocess.run([sys.executable, os.path.join(here, 'mitsuba_worker.py'), os.path.join(folder, 'scene.xml'), 'llvm_ad_rgb',
-                    'reference', str(SPP), str(WIDTH), str(WIDTH), '0', out], check=True, stdout=subprocess.DEVNULL)
+    mitsuba_worker.render(os.path.join(folder, 'scene.xml'), 'llvm_ad_rgb', 'reference', SPP, WIDTH, WIDTH, facts['specular'], out)
     image = np.load(out)
 
 import mitsuba as mi  # noqa: E402
