@@ -71,7 +71,8 @@ pub(crate) enum Command {
         mut_arg("memory", |arg| arg.help(text::NODE_MEMORY)),
         mut_arg("nodes", |arg| arg.help(text::HOST_NODES)),
         mut_arg("topology", |arg| arg.help(text::HOST_TOPOLOGY)),
-        mut_arg("threads", |arg| arg.hide(true))
+        mut_arg("threads", |arg| arg.hide(true)),
+        mut_arg("config", |arg| arg.conflicts_with_all(said_by_config()))
     )]
     Host(Box<Host>),
     /// Be one node of a mesh of processes
@@ -172,7 +173,7 @@ pub(crate) struct Host {
     #[arg(long, help_heading = "Mesh")]
     pub(crate) enforce: bool,
     /// Drive the nodes of this configuration, which 'kiloray node' starts, on any machines; it says all but where the picture goes
-    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath, help_heading = "Cluster", conflicts_with_all = SAID_BY_CONFIG)]
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath, help_heading = "Cluster")]
     pub(crate) config: Option<PathBuf>,
     /// Write such a configuration, with this machine's addresses, and render nothing
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath, help_heading = "Cluster", conflicts_with = "config")]
@@ -182,37 +183,28 @@ pub(crate) struct Host {
     pub(crate) insecure: bool,
 }
 
+/// What can be typed beside a configuration, which says all else.
+#[cfg(feature = "host")]
+const BESIDE_CONFIG: [&str; 10] = [
+    "output",
+    "lights",
+    "exposure",
+    "threads",
+    "json",
+    "report",
+    "quiet",
+    "config",
+    "write_config",
+    "insecure",
+];
+
 /// What a configuration says, and cannot be typed beside it.
 #[cfg(feature = "host")]
-const SAID_BY_CONFIG: [&str; 27] = [
-    "scenes",
-    "width",
-    "height",
-    "view",
-    "samples",
-    "shadow_samples",
-    "lights_per_point",
-    "bounces",
-    "lighting",
-    "seed",
-    "memory",
-    "block",
-    "nodes",
-    "topology",
-    "schedule",
-    "shadow",
-    "points",
-    "prefetch",
-    "task_order",
-    "tile",
-    "refusals",
-    "placement",
-    "top",
-    "rom",
-    "block_replicas",
-    "packet",
-    "enforce",
-];
+fn said_by_config() -> Vec<clap::Id> {
+    let host = Host::augment_args(clap::Command::new("host"));
+    let all = host.get_arguments().map(clap::Arg::get_id);
+    all.filter(|id| !BESIDE_CONFIG.contains(&id.as_str())).cloned().collect()
+}
 
 /// `kiloray node`.
 #[cfg(feature = "host")]

@@ -204,6 +204,50 @@ fn what_would_be_open_to_all_is_refused() {
 }
 
 #[test]
+fn what_a_configuration_says_is_not_said_beside_it() {
+    let folder = Folder::new();
+    for said in [
+        "cornell",
+        "--width 8",
+        "--height 8",
+        "--view front",
+        "--samples 2",
+        "--shadow-samples 2",
+        "--lights-per-point 2",
+        "--bounces 2",
+        "--lighting direct",
+        "--seed 2",
+        "--memory 64KiB",
+        "--block 1KiB",
+        "--nodes 2",
+        "--topology ring",
+        "--schedule data",
+        "--shadow keep",
+        "--points owner",
+        "--prefetch all",
+        "--task-order made",
+        "--tile 8",
+        "--group 4",
+        "--refusals 2",
+        "--placement round-robin",
+        "--top 2",
+        "--rom 1MiB",
+        "--block-replicas 2",
+        "--packet 512B",
+        "--enforce",
+        "--write-config other.toml",
+    ] {
+        let name = said.split(' ').next().filter(|name| name.starts_with('-')).unwrap_or("SCENE");
+        let words = ["--config <FILE>", "cannot be used with", name];
+        folder.run(&format!("host --config mesh.toml {said}")).refused(2, &words);
+    }
+    // What is left: then the file is looked for.
+    let beside = "-o a.exr --lights 9 --exposure 1 --json a.json --report page --quiet --insecure";
+    folder.run(&format!("host --config mesh.toml {beside}")).refused(1, &["mesh.toml"]);
+    folder.run("host --config mesh.toml --threads 2").refused(2, &["--nodes says how many"]);
+}
+
+#[test]
 fn nodes_keep_to_their_memory() {
     let folder = Folder::new();
     let scene = "glass --width 32 --height 24 --samples 1 --seed 3";
