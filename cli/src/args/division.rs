@@ -1,11 +1,12 @@
 use clap::Args;
-use kiloray_core::network::{Topology, TopologyError};
+use kiloray_core::{
+    network::{Topology, TopologyError},
+    node::{Dealing, PointHome, Prefetch, Schedule, ShadowPolicy, TaskOrder},
+};
 use serde::Serialize;
 
-use super::mesh::{
-    Placement, Points, Prefetch, Schedule, Shadow, TaskOrder, Top, group, nodes, packet, refusals,
-    replicas, tile,
-};
+use super::choice::choice;
+use super::mesh::{Top, group, nodes, packet, prefetch, refusals, replicas, tile};
 use super::size::parse_bytes;
 #[cfg(feature = "host")]
 use crate::cores::cores;
@@ -27,19 +28,19 @@ pub(crate) struct Division {
     pub(crate) topology: Option<String>,
 
     /// Which rays fetch blocks, and which go to them: hybrid (only specular rays go), demand (all fetch), data (all go)
-    #[arg(long, value_name = "S", value_enum, default_value_t = Schedule::Hybrid, help_heading = "Work")]
+    #[arg(long, value_name = "S", value_parser = choice::<Schedule>(), default_value = "hybrid", help_heading = "Work")]
     pub(crate) schedule: Schedule,
     /// Who traces shadow rays, where they fetch: the node that found what they start from (keep), or also idle nodes, sent by the master (offer) or asking others (steal) [default: offer]
-    #[arg(long, value_name = "S", value_enum, help_heading = "Work")]
-    pub(crate) shadow: Option<Shadow>,
+    #[arg(long, value_name = "S", value_parser = choice::<ShadowPolicy>(), help_heading = "Work")]
+    pub(crate) shadow: Option<ShadowPolicy>,
     /// Where the hits of rays are shaded, and wait for their shadow rays and reflections: with the node that found them (finder), or with the one that owns what was hit (owner) [default: finder]
-    #[arg(long, value_name = "P", value_enum, help_heading = "Work")]
-    pub(crate) points: Option<Points>,
+    #[arg(long, value_name = "P", value_parser = choice::<PointHome>(), help_heading = "Work")]
+    pub(crate) points: Option<PointHome>,
     /// How many blocks are fetched ahead for a bundle of shadow rays: all that its pyramid touches, up to 16, the K nearest, or none [default: 0]
-    #[arg(long, value_name = "all|K|0", allow_hyphen_values = true, help_heading = "Work")]
+    #[arg(long, value_name = "all|K|0", value_parser = prefetch, allow_hyphen_values = true, help_heading = "Work")]
     pub(crate) prefetch: Option<Prefetch>,
     /// Which of the waiting rays goes on first: that of the oldest path, or the one whose block came first [default: ready]
-    #[arg(long, value_name = "O", value_enum, help_heading = "Work")]
+    #[arg(long, value_name = "O", value_parser = choice::<TaskOrder>(), help_heading = "Work")]
     pub(crate) task_order: Option<TaskOrder>,
     /// Side of a tile, the unit in which pixels are handed out [default: by picture, nodes and memory]
     #[arg(long, value_name = "PIXELS", value_parser = tile, allow_hyphen_values = true, help_heading = "Work")]
@@ -52,8 +53,8 @@ pub(crate) struct Division {
     pub(crate) refusals: Option<u32>,
 
     /// Which node owns which blocks: subtrees of equal bytes, or each block in turn
-    #[arg(long, value_name = "P", value_enum, default_value_t = Placement::Subtrees, help_heading = "Data")]
-    pub(crate) placement: Placement,
+    #[arg(long, value_name = "P", value_parser = choice::<Dealing>(), default_value = "subtrees", help_heading = "Data")]
+    pub(crate) placement: Dealing,
     /// How much of the top of the tree lies with every node: bytes (16KiB) or a number of blocks, the one at the root in any case [default: one in 64, of which as many as fit a
     /// sixteenth of the memory where they take part of it]
     #[arg(long, value_name = "SIZE|N", allow_hyphen_values = true, help_heading = "Data")]

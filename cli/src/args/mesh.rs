@@ -1,7 +1,7 @@
 use std::{fmt, path::PathBuf, str::FromStr};
 
 use clap::{ArgMatches, Args, ValueEnum, ValueHint, parser::ValueSource};
-use kiloray_core::{network::NODES_MAX, node::Dealing, render::Tiling};
+use kiloray_core::{network::NODES_MAX, node::Prefetch, render::Tiling};
 use serde::Serialize;
 
 use super::{
@@ -91,69 +91,6 @@ impl FromStr for Profile {
     }
 }
 
-/// Which rays go where.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize)]
-#[serde(rename_all = "lowercase")]
-pub(crate) enum Schedule {
-    /// Camera and shadow rays fetch blocks, specular rays go to them
-    Hybrid,
-    /// All rays fetch blocks
-    Demand,
-    /// All rays go to the blocks
-    Data,
-}
-
-/// Which node owns which blocks.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub(crate) enum Placement {
-    /// Subtrees of equal bytes
-    Subtrees,
-    /// One block to each node in turn
-    RoundRobin,
-}
-
-impl From<Placement> for Dealing {
-    fn from(placement: Placement) -> Self {
-        match placement {
-            Placement::Subtrees => Self::Subtrees,
-            Placement::RoundRobin => Self::RoundRobin,
-        }
-    }
-}
-
-/// Who traces shadow rays.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize)]
-#[serde(rename_all = "lowercase")]
-pub(crate) enum Shadow {
-    /// The node that found what they start from
-    Keep,
-    /// Also idle nodes, which the master sends to those that still render
-    Offer,
-    /// Also idle nodes, which ask others by chance
-    Steal,
-}
-
-/// Where intersection points live.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize)]
-#[serde(rename_all = "lowercase")]
-pub(crate) enum Points {
-    /// With the node that has found them
-    Finder,
-    /// With the owner of the block that was hit
-    Owner,
-}
-
-/// Which of the waiting rays goes on first.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize)]
-#[serde(rename_all = "lowercase")]
-pub(crate) enum TaskOrder {
-    /// That of the path that was begun first
-    Made,
-    /// As their blocks arrive
-    Ready,
-}
-
 /// How a router passes packets on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize)]
 #[serde(rename_all = "lowercase")]
@@ -162,35 +99,6 @@ pub(crate) enum Switching {
     Store,
     /// Cut through
     Cut,
-}
-
-/// Blocks fetched ahead.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Prefetch {
-    All,
-    Nearest(u16),
-}
-
-impl FromStr for Prefetch {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        const MOST: u16 = kiloray_core::node::Prefetch::MOST;
-        match text.parse() {
-            _ if text == "all" => Ok(Self::All),
-            Ok(number) if number <= MOST => Ok(Self::Nearest(number)),
-            _ => Err(format!("write 'all', or a number of blocks from 0 to {MOST}")),
-        }
-    }
-}
-
-impl fmt::Display for Prefetch {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::All => f.write_str("all"),
-            Self::Nearest(blocks) => write!(f, "{blocks}"),
-        }
-    }
 }
 
 /// How much lies with every node.
@@ -229,6 +137,12 @@ impl fmt::Display for Top {
             Self::Blocks(blocks) => write!(f, "{blocks}"),
             Self::Bytes(bytes) => write!(f, "{bytes}B"),
         }
+    }
+}
+
+impl Serialize for Top {
+    fn serialize<S: serde::Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
+        to.collect_str(self)
     }
 }
 
@@ -272,16 +186,14 @@ impl FromStr for Crash {
     }
 }
 
-macro_rules! serialize_as_typed {
-    ($($name:ty),*) => {$(
-        impl Serialize for $name {
-            fn serialize<S: serde::Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
-                to.collect_str(self)
-            }
-        }
-    )*};
+/// How many blocks are fetched ahead.
+pub(super) fn prefetch(text: &str) -> Result<Prefetch, String> {
+    match text.parse() {
+        _ if text == "all" => Ok(Prefetch::All),
+        Ok(number) if number <= Prefetch::MOST => Ok(Prefetch::Nearest(number)),
+        _ => Err(format!("write 'all', or a number of blocks from 0 to {}", Prefetch::MOST)),
+    }
 }
-serialize_as_typed!(Prefetch, Top);
 
 pub(super) fn nodes(text: &str) -> Result<u32, String> {
     whole(text, 1, NODES_MAX)

@@ -1,6 +1,7 @@
 //! What can be typed.
 
 mod axis;
+mod choice;
 mod division;
 pub(crate) mod firmware;
 mod mesh;
@@ -13,13 +14,13 @@ mod units;
 use std::path::PathBuf;
 
 pub(crate) use axis::{Axis, point, scale};
+use choice::choice;
 use clap::{Args, Parser, Subcommand, ValueEnum, ValueHint};
 pub(crate) use division::Division;
+use kiloray_core::node::Dealing;
 #[cfg(feature = "host")]
 pub(crate) use mesh::Top;
-pub(crate) use mesh::{
-    Mesh, Placement, Points, Prefetch, Profile, Schedule, Shadow, Switching, TaskOrder,
-};
+pub(crate) use mesh::{Mesh, Profile, Switching};
 pub(crate) use options::{BLOCK_MIN, Bounds, Common, Exposure, ViewChoice};
 pub(crate) use parse::{command, parse};
 use serde::Serialize;
@@ -369,8 +370,8 @@ pub(crate) struct Compile {
     #[arg(long, value_name = "K", value_parser = mesh::node, allow_hyphen_values = true, requires = "output")]
     pub(crate) for_node: Option<u16>,
     /// Which node owns which blocks: subtrees of equal bytes, or each block in turn
-    #[arg(long, value_name = "P", value_enum, default_value_t = Placement::Subtrees, requires = "nodes")]
-    pub(crate) placement: Placement,
+    #[arg(long, value_name = "P", value_parser = choice::<Dealing>(), default_value = "subtrees", requires = "nodes")]
+    pub(crate) placement: Dealing,
     /// Copies of each block in all
     #[arg(long, value_name = "K", default_value_t = 1, value_parser = mesh::replicas, allow_hyphen_values = true, requires = "nodes")]
     pub(crate) block_replicas: u32,

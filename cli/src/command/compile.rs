@@ -95,7 +95,7 @@ impl Shares {
         let file = scene.file.view();
         let block_bytes = file.header().block_bytes;
         let placement = Placement {
-            dealing: arguments.placement.into(),
+            dealing: arguments.placement,
             blocks: file.blocks(),
             nodes: nodes as u16,
             top: file.blocks().min(1),

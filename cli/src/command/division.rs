@@ -6,7 +6,7 @@ use serde::Serialize;
 use serde_json::{Value, json};
 
 use crate::{
-    args::{self, BLOCK_MIN, Bounds, Common, Division, size::typed},
+    args::{BLOCK_MIN, Bounds, Common, Division, size::typed},
     failure::{Failure, Outcome},
     memory,
 };
@@ -55,40 +55,15 @@ pub(super) fn with(
     file: &KiloView<'_>,
 ) -> Outcome<MeshOptions> {
     options.packet = division.packet.map_or(options.packet, |packet| packet as u16);
-    options.schedule = match division.schedule {
-        args::Schedule::Hybrid => node::Schedule::Hybrid,
-        args::Schedule::Demand => node::Schedule::Demand,
-        args::Schedule::Data => node::Schedule::Data,
-    };
-    if let Some(shadow) = division.shadow {
-        options.shadow = match shadow {
-            args::Shadow::Keep => node::ShadowPolicy::Keep,
-            args::Shadow::Offer => node::ShadowPolicy::Offer,
-            args::Shadow::Steal => node::ShadowPolicy::Steal,
-        };
-    }
-    if let Some(points) = division.points {
-        options.points = match points {
-            args::Points::Finder => node::PointHome::Finder,
-            args::Points::Owner => node::PointHome::Owner,
-        };
-    }
-    options.dealing = division.placement.into();
+    options.schedule = division.schedule;
+    options.shadow = division.shadow.unwrap_or(options.shadow);
+    options.points = division.points.unwrap_or(options.points);
+    options.dealing = division.placement;
     let block_bytes = u64::from(file.header().block_bytes);
     options.top = division.top.map(|top| top.blocks(block_bytes));
     options.replicas = replicas(division.block_replicas, options.topology.nodes())?;
-    if let Some(prefetch) = division.prefetch {
-        options.prefetch = match prefetch {
-            args::Prefetch::All => node::Prefetch::All,
-            args::Prefetch::Nearest(blocks) => node::Prefetch::Nearest(blocks),
-        };
-    }
-    if let Some(order) = division.task_order {
-        options.order = match order {
-            args::TaskOrder::Made => node::TaskOrder::Made,
-            args::TaskOrder::Ready => node::TaskOrder::Ready,
-        };
-    }
+    options.prefetch = division.prefetch.unwrap_or(options.prefetch);
+    options.order = division.task_order.unwrap_or(options.order);
     options.group = division.group.map_or(options.group, |nodes| nodes as u16);
     if let Some(refusals) = division.refusals {
         options.refusals = refusals as u8;
@@ -154,7 +129,7 @@ pub(super) fn add_json(
     all["prefetch"] = json!(prefetch(options.prefetch));
     all["shadow"] = json!(options.shadow);
     all["points"] = json!(options.points);
-    all["task_order"] = json!(format!("{:?}", options.order).to_lowercase());
+    all["task_order"] = json!(options.order);
     all["packet"] = json!(options.packet);
     all["tile"] = json!(options.tile);
     all["top"] = json!(options.top);

@@ -2,15 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
-use kiloray_core::node;
 use kiloray_host::{Config, Folder, Job};
 use kiloray_render::{MeshOptions, framing};
 
 use crate::{
-    args::{
-        self, Bounds, Common, Division, Placement, Points, Prefetch, Schedule, Shadow, TaskOrder,
-        Top,
-    },
+    args::{self, Bounds, Common, Division, Top},
     command::{
         division,
         node::{refused, refused_with},
@@ -83,35 +79,15 @@ fn of_config(host: &args::Host, path: &Path) -> Outcome<Prepared> {
     let division = Division {
         nodes: Some(options.topology.nodes().into()),
         topology: Some(config.mesh.topology.clone()),
-        schedule: match options.schedule {
-            node::Schedule::Hybrid => Schedule::Hybrid,
-            node::Schedule::Demand => Schedule::Demand,
-            node::Schedule::Data => Schedule::Data,
-        },
-        shadow: Some(match options.shadow {
-            node::ShadowPolicy::Keep => Shadow::Keep,
-            node::ShadowPolicy::Offer => Shadow::Offer,
-            node::ShadowPolicy::Steal => Shadow::Steal,
-        }),
-        points: Some(match options.points {
-            node::PointHome::Finder => Points::Finder,
-            node::PointHome::Owner => Points::Owner,
-        }),
-        prefetch: Some(match options.prefetch {
-            node::Prefetch::All => Prefetch::All,
-            node::Prefetch::Nearest(blocks) => Prefetch::Nearest(blocks),
-        }),
-        task_order: Some(match options.order {
-            node::TaskOrder::Made => TaskOrder::Made,
-            node::TaskOrder::Ready => TaskOrder::Ready,
-        }),
+        schedule: options.schedule,
+        shadow: Some(options.shadow),
+        points: Some(options.points),
+        prefetch: Some(options.prefetch),
+        task_order: Some(options.order),
         tile: options.tile.map(u32::from),
         group: Some(options.group.into()),
         refusals: Some(options.refusals.into()),
-        placement: match options.dealing {
-            node::Dealing::Subtrees => Placement::Subtrees,
-            node::Dealing::RoundRobin => Placement::RoundRobin,
-        },
+        placement: options.dealing,
         top: options.top.map(Top::Blocks),
         rom: None,
         block_replicas: options.replicas.into(),
