@@ -4,6 +4,7 @@ use std::path::PathBuf;
 use kiloray_core::block::FileError;
 use kiloray_core::network::TopologyError;
 use kiloray_core::store::{ArenaFull, BudgetError};
+use kiloray_render::PictureError;
 use kiloray_scene::kilo::KiloError;
 
 use crate::Place;
@@ -42,17 +43,9 @@ pub enum Error {
         /// What is wrong.
         error: FileError,
     },
-    /// The picture has no pixels, or more than the memory of this machine can name.
-    #[error("a picture of {width} × {height} pixels cannot be made")]
-    Size {
-        /// Columns.
-        width: u32,
-        /// Rows.
-        height: u32,
-    },
-    /// The view shows nothing.
-    #[error("the view shows nothing: its size, direction or up vector makes no sense")]
-    View,
+    /// There is no such picture.
+    #[error(transparent)]
+    Picture(#[from] PictureError),
     /// No such mesh.
     #[error("{0}")]
     Topology(#[from] TopologyError),

@@ -101,8 +101,7 @@ pub fn run_host(
         settings.seed,
         shader.unit(),
         settings.samples,
-    )
-    .map_err(|_| Error::Size { width, height })?;
+    )?;
     let mut host = HostEnd {
         router: Router::new(&mut Arena::new(&mut chunks), job.mesh, HOST, size)?,
         ledger: ledger.with_askers(job.layout.askers()),

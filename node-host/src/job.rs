@@ -7,7 +7,7 @@ use kiloray_core::render::Tiling;
 use kiloray_core::scene::View;
 use kiloray_core::shade::{self, Shader, Tables};
 use kiloray_core::view::Camera;
-use kiloray_render::{MeshLayout, MeshOptions};
+use kiloray_render::{MeshLayout, MeshOptions, camera};
 
 use crate::{Config, Error, Identity, Place};
 
@@ -40,9 +40,8 @@ impl Job {
     pub fn new(config: &Config, file: &KiloView<'_>) -> Result<Self, Error> {
         let (mesh, picture) = (&config.mesh, &config.picture);
         let (width, height) = (picture.width, picture.height);
-        if width.checked_mul(height).is_none_or(|pixels| pixels == 0) {
-            return Err(Error::Size { width, height });
-        }
+        let samples = picture.samples.max(1);
+        let camera = camera(&View::from(picture.view), width, height, samples)?;
         if let Some(tile) = mesh.tile.filter(|&tile| !(1..=Tiling::SIDE_MAX).contains(&tile.into()))
         {
             let most = Tiling::SIDE_MAX;
@@ -53,7 +52,7 @@ impl Job {
         let nodes = u32::try_from(config.addresses.len()).unwrap_or(u32::MAX);
         let options = MeshOptions {
             settings: shade::Settings {
-                samples: picture.samples.max(1),
+                samples,
                 shadow_samples: picture.shadow_samples,
                 lights: picture.lights_per_point.max(1),
                 bounces: picture.bounces,
@@ -76,9 +75,6 @@ impl Job {
         };
         let time = |time: Duration| Time(time.as_nanos() as u64);
         let layout = MeshLayout::new(file, &options, |_| (time(FIRST_LIMIT), time(BUNDLE_AGE)))?;
-        let view = View::from(picture.view);
-        let camera =
-            Camera::new(&view, width, height, options.settings.samples).ok_or(Error::View)?;
         let text = Config { addresses: Vec::new(), scene: "".into(), tls: None, ..config.clone() }
             .to_text()?;
         Ok(Self {

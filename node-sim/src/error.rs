@@ -1,20 +1,13 @@
 use kiloray_core::store::{ArenaFull, BudgetError};
+use kiloray_render::PictureError;
 
 /// Why there is no picture.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
-    /// The picture has no pixels, or more than the memory of this machine can name.
-    #[error("a picture of {width} × {height} pixels cannot be made")]
-    Size {
-        /// Columns.
-        width: u32,
-        /// Rows.
-        height: u32,
-    },
-    /// The view shows nothing.
-    #[error("the view shows nothing: its size, direction or up vector makes no sense")]
-    View,
+    /// There is no such picture.
+    #[error(transparent)]
+    Picture(#[from] PictureError),
     /// A node's memory is too small.
     #[error("{0}")]
     Budget(#[from] BudgetError),

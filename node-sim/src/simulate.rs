@@ -7,8 +7,7 @@ use kiloray_core::node::{Node, Picture, Progress, Time, Work, World};
 use kiloray_core::render::Tiling;
 use kiloray_core::shade::{LightRows, Shader, Tables};
 use kiloray_core::store::{Arena, CHUNK_BYTES, Chunk};
-use kiloray_core::view::Camera;
-use kiloray_render::{Ledger, MeshLayout, ThreadScratch};
+use kiloray_render::{Ledger, MeshLayout, ThreadScratch, camera};
 use kiloray_simd::Auto;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
@@ -45,11 +44,8 @@ pub fn simulate(
 ) -> Result<Outcome, Error> {
     check(options)?;
     let (width, height) = (options.mesh.width, options.mesh.height);
-    if width.checked_mul(height).is_none_or(|pixels| pixels == 0) {
-        return Err(Error::Size { width, height });
-    }
     let samples = options.mesh.settings.samples;
-    let camera = Camera::new(&options.view, width, height, samples).ok_or(Error::View)?;
+    let camera = camera(&options.view, width, height, samples)?;
     let mesh = Mesh::new(options.mesh.topology);
     let mut layout = layout(file, options)?;
     let tables = Tables::of(file);
@@ -65,9 +61,7 @@ pub fn simulate(
     let size = layout.host_router(&mesh);
     let mut host_arena = vec![Chunk::ZERO; size.arena_bytes() / CHUNK_BYTES];
     let seed = options.mesh.settings.seed;
-    let samples = options.mesh.settings.samples;
-    let ledger = Ledger::new(width, height, layout.side(), seed, shader.unit(), samples);
-    let ledger = ledger.map_err(|_| Error::Size { width, height })?;
+    let ledger = Ledger::new(width, height, layout.side(), seed, shader.unit(), samples)?;
     let host = HostEnd {
         router: Router::new(&mut Arena::new(&mut host_arena), mesh, HOST, size)?,
         ledger: ledger.with_askers(layout.askers()),

@@ -2,10 +2,10 @@ use kiloray_core::block::{FileError, NoBlock};
 use kiloray_core::render::RenderError;
 use kiloray_core::store::{ArenaFull, BudgetError, FetchError};
 
-/// Why there is no picture.
-#[derive(Debug, thiserror::Error)]
+/// Why a view has no picture of a size.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
-pub enum Error {
+pub enum PictureError {
     /// The picture has no pixels, or more than the memory of this machine can name.
     #[error("a picture of {width} × {height} pixels cannot be made")]
     Size {
@@ -17,6 +17,15 @@ pub enum Error {
     /// The view shows nothing.
     #[error("the view shows nothing: its size, direction or up vector makes no sense")]
     View,
+}
+
+/// Why there is no picture.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// There is no such picture.
+    #[error(transparent)]
+    Picture(#[from] PictureError),
     /// The memory is too small.
     #[error("{0}")]
     Budget(#[from] BudgetError),

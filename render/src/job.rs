@@ -1,11 +1,10 @@
-use crate::{Error, Lanes, Options, Picture, mapped, node};
+use crate::{Error, Lanes, Options, Picture, camera, mapped, node};
 use kiloray_core::block::KiloView;
 use kiloray_core::render::{Job, Plan, PlanSettings, SceneSize, Tiling};
 use kiloray_core::scene::Needs;
 use kiloray_core::shade::{Counts, LightRows, Shader, Tables};
 use kiloray_core::store::{Budget, CacheCounts};
 use kiloray_core::trace::{Scalar, Tracer};
-use kiloray_core::view::Camera;
 use kiloray_simd::Auto;
 use std::sync::atomic::AtomicBool;
 
@@ -92,18 +91,14 @@ fn with<T: Tracer + Send + Sync>(
     tracer: T,
 ) -> Result<Rendered, Error> {
     let (width, height) = (options.width, options.height);
-    let size = || Error::Size { width, height };
-    if width.checked_mul(height).is_none() {
-        return Err(size());
-    }
-    let camera = Camera::new(&options.view, width, height, options.settings.samples);
-    let mut picture = Picture::new(width, height).ok_or_else(size)?;
+    let camera = camera(&options.view, width, height, options.settings.samples)?;
+    let mut picture = Picture::new(width, height)?;
     let rows = LightRows::new(file.lights());
     let shader = Shader::new(Tables::of(file), options.settings);
     let job = Job {
         // In a memory of its own a node has no other copy of the lights.
         shader: if options.memory.is_none() { shader.with_rows(&rows) } else { shader },
-        camera: camera.ok_or(Error::View)?,
+        camera,
         width,
         cancel: Some(control.cancel),
     };

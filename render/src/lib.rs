@@ -22,9 +22,9 @@ mod top;
 #[cfg(test)]
 mod tests;
 
-pub use error::Error;
+pub use error::{Error, PictureError};
 pub use job::{Control, Rendered, Report, plan, render};
 pub use mesh::{Ledger, LedgerCounts, MeshLayout, MeshOptions, ThreadScratch, watch};
 pub use options::{Lanes, Options};
-pub use picture::Picture;
+pub use picture::{Picture, camera};
 pub use top::Top;

@@ -1,5 +1,8 @@
+use crate::PictureError;
 use kiloray_core::render::Tile;
+use kiloray_core::scene::View;
 use kiloray_core::shade::{Sum, Unit};
+use kiloray_core::view::Camera;
 
 /// Linear radiance, row by row from the top.
 #[derive(Debug, Clone, PartialEq)]
@@ -13,13 +16,9 @@ pub struct Picture {
 }
 
 impl Picture {
-    /// A black picture; `None` if so many pixels cannot be.
-    pub(crate) fn new(width: u32, height: u32) -> Option<Self> {
-        let len = (width as usize).checked_mul(height as usize).filter(|&len| len > 0)?;
-        let mut pixels = Vec::new();
-        pixels.try_reserve_exact(len).ok()?;
-        pixels.resize(len, [0.0; 3]);
-        Some(Self { width, height, pixels })
+    /// A black picture.
+    pub(crate) fn new(width: u32, height: u32) -> Result<Self, PictureError> {
+        Ok(Self { width, height, pixels: filled(width, height, [0.0; 3])? })
     }
 
     /// Enters the mean light of a tile's pixels. Returns how many sums were too great to count.
@@ -34,4 +33,28 @@ impl Picture {
         }
         full
     }
+}
+
+/// The camera of a picture of a view, with so many camera paths a pixel.
+///
+/// # Errors
+/// [`PictureError`] if there is no such picture.
+pub fn camera(view: &View, width: u32, height: u32, samples: u32) -> Result<Camera, PictureError> {
+    pixels(width, height)?;
+    Camera::new(view, width, height, samples).ok_or(PictureError::View)
+}
+
+/// The same value for each pixel of a picture, row by row.
+pub(crate) fn filled<T: Clone>(width: u32, height: u32, value: T) -> Result<Vec<T>, PictureError> {
+    let len = pixels(width, height)? as usize;
+    let mut all = Vec::new();
+    all.try_reserve_exact(len).map_err(|_| PictureError::Size { width, height })?;
+    all.resize(len, value);
+    Ok(all)
+}
+
+/// How many pixels a picture has.
+fn pixels(width: u32, height: u32) -> Result<u32, PictureError> {
+    let pixels = width.checked_mul(height).filter(|&pixels| pixels > 0);
+    pixels.ok_or(PictureError::Size { width, height })
 }

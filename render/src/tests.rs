@@ -1,6 +1,6 @@
 //! The picture must not depend on the machine: not on memory, blocks, batches, threads or lanes.
 
-use crate::{Control, Error, Lanes, Options, Rendered, plan, render};
+use crate::{Control, Error, Lanes, Options, PictureError, Rendered, plan, render};
 use kiloray_core::block::KiloView;
 use kiloray_core::geometry::{Hit, Ray};
 use kiloray_core::material::{OpticalDepth, crossing};
@@ -265,9 +265,10 @@ fn what_cannot_be_a_picture_is_refused() {
     let options = options(&file);
     for (width, height) in [(0, 5), (5, 0), (u32::MAX, u32::MAX)] {
         let error = run(&file, &Options { width, height, ..options }).unwrap_err();
-        assert!(matches!(error, Error::Size { .. }), "{error}");
+        assert!(matches!(error, Error::Picture(PictureError::Size { .. })), "{error}");
     }
     let mut view = options.view;
     view.up = view.direction;
-    assert!(matches!(run(&file, &Options { view, ..options }), Err(Error::View)));
+    let error = run(&file, &Options { view, ..options }).unwrap_err();
+    assert!(matches!(error, Error::Picture(PictureError::View)), "{error}");
 }

@@ -73,7 +73,7 @@ pub(super) fn render(scene: &Scene, options: &Options, quiet: bool) -> Outcome<R
 pub(super) fn refused(error: Error) -> Failure {
     match error {
         Error::Budget(error) => too_small(&error, 0),
-        Error::View | Error::Size { .. } => Failure::usage(error),
+        Error::Picture(error) => Failure::usage(error),
         other => Failure::new(other),
     }
 }

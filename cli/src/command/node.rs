@@ -43,9 +43,7 @@ pub(super) fn refused_with(error: Error, packet: u16) -> Failure {
     match error {
         Error::Io { path, source } => Failure::io(&path, &source),
         Error::Budget(error) => super::engine::too_small(&error, packet),
-        Error::Size { .. } | Error::View | Error::Topology(_) | Error::Options(_) => {
-            Failure::usage(error)
-        }
+        Error::Picture(_) | Error::Topology(_) | Error::Options(_) => Failure::usage(error),
         other => Failure::new(other),
     }
 }

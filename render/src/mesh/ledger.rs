@@ -1,6 +1,7 @@
 use super::leases::{Given, Leases};
 use super::outbox::Outbox;
-use crate::{Error, Picture};
+use crate::picture::filled;
+use crate::{Picture, PictureError};
 use kiloray_core::network::{Channel, NodeId, Router};
 use kiloray_core::node::{Figures, Lack, Next, Time};
 use kiloray_core::protocol::{Items, Message};
@@ -65,7 +66,7 @@ impl Ledger {
     /// [random order](Tiling::shuffled) of `seed`, with `samples` camera paths a pixel.
     ///
     /// # Errors
-    /// [`Error::Size`] for a picture that cannot be.
+    /// [`PictureError::Size`] for a picture that cannot be.
     pub fn new(
         width: u32,
         height: u32,
@@ -73,12 +74,8 @@ impl Ledger {
         seed: u64,
         unit: Unit,
         samples: u32,
-    ) -> Result<Self, Error> {
-        let size = || Error::Size { width, height };
-        let pixels = width.checked_mul(height).filter(|&pixels| pixels > 0).ok_or_else(size)?;
-        let mut sums = Vec::new();
-        sums.try_reserve_exact(pixels as usize).map_err(|_| size())?;
-        sums.resize(pixels as usize, None);
+    ) -> Result<Self, PictureError> {
+        let sums = filled(width, height, None)?;
         let tiling = Tiling::new(width, height, side);
         let area = |place| tiling.shuffled(place, seed).map_or(0, |t| t.width * t.height);
         let missing = (0..tiling.len()).map(area).collect();

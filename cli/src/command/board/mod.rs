@@ -310,7 +310,7 @@ fn ledger(scene: &Scene, options: &Options, setup: &Setup, mesh: &Mesh) -> Outco
     let unit = Shader::new(Tables::of(&file), options.settings).unit();
     let (width, height, side) = (options.width, options.height, u32::from(setup.side));
     let ledger = Ledger::new(width, height, side, setup.seed, unit, setup.samples);
-    ledger.map(|ledger| ledger.with_askers(u32::from(mesh.nodes()))).map_err(engine::refused)
+    ledger.map(|ledger| ledger.with_askers(u32::from(mesh.nodes()))).map_err(Failure::usage)
 }
 
 impl Run<'_> {

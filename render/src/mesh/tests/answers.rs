@@ -1,6 +1,6 @@
 //! What the ledger answers, message by message.
 
-use crate::{Error, Ledger};
+use crate::{Ledger, PictureError};
 use kiloray_core::network::NodeId;
 use kiloray_core::node::Time;
 use kiloray_core::protocol::Message;
@@ -168,7 +168,7 @@ fn what_does_not_exist_is_counted_and_left_alone() {
     );
     for (width, height) in [(0, 4), (4, 0), (u32::MAX, 2), (1 << 30, 2)] {
         let size = Ledger::new(width, height, 8, 0, Unit::new(1.0), 1);
-        assert!(matches!(size, Err(Error::Size { .. })), "{width} {height}");
+        assert!(matches!(size, Err(PictureError::Size { .. })), "{width} {height}");
     }
 }
 
