@@ -1,6 +1,8 @@
 //! A page about a run: one file that shows itself everywhere, and its figures beside it.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
+
+use kiloray_core::shade::Settings;
 
 use super::report::{Run, not_needed};
 use crate::{
@@ -104,35 +106,40 @@ pub(super) fn skipped(page: &mut Page, scene: &Scene, all: &[(&str, u64)]) {
     }
 }
 
-fn the_run(run: &Run<'_>, stops: f32) -> Vec<(&'static str, String)> {
-    let report = &run.rendered.report;
-    let file = run.scene.file.view();
+/// What the table of every run begins with.
+pub(super) fn pairs(
+    scene: &Scene,
+    sources: &[PathBuf],
+    (width, height): (u32, u32),
+    settings: &Settings,
+    stops: f32,
+) -> Vec<(&'static str, String)> {
+    let file = scene.file.view();
     let header = file.header();
-    let sources: Vec<_> = run.sources.iter().map(|s| s.display().to_string()).collect();
-    let mut rows = vec![
+    let sources: Vec<_> = sources.iter().map(|source| source.display().to_string()).collect();
+    let blocks = format!(
+        "{} of {}, {}",
+        count(header.blocks.into()),
+        bytes(header.block_bytes.into()),
+        bytes(u64::from(header.blocks) * u64::from(header.block_bytes))
+    );
+    vec![
         ("scene", sources.join(", ")),
         ("surfaces", count(header.primitives.into())),
-        (
-            "blocks",
-            format!("{} of {}", count(header.blocks.into()), bytes(header.block_bytes.into())),
-        ),
-        ("picture", format!("{} x {}", run.options.width, run.options.height)),
-        ("samples", run.options.settings.samples.to_string()),
-        ("bounces", run.options.settings.bounces.to_string()),
-        ("seed", run.options.settings.seed.to_string()),
+        ("blocks", blocks),
+        ("picture", format!("{width} x {height}")),
+        ("samples", settings.samples.to_string()),
+        ("bounces", settings.bounces.to_string()),
         ("exposure", format!("{stops} stops")),
-        ("threads", report.threads.to_string()),
-        ("time", format!("{:.2} s, of it {:.2} s rendering", run.time_s, run.render_s)),
-        (
-            "speed",
-            format!(
-                "{} rays per second",
-                count((run.rays() as f64 / run.render_s.max(1e-9)) as u64)
-            ),
-        ),
-        ("hash of the pixels", picture::hash(&run.rendered.picture)),
-        ("version", env!("CARGO_PKG_VERSION").to_owned()),
-    ];
+        ("seed", settings.seed.to_string()),
+    ]
+}
+
+fn the_run(run: &Run<'_>, stops: f32) -> Vec<(&'static str, String)> {
+    let (report, options) = (&run.rendered.report, run.options);
+    let size = (options.width, options.height);
+    let mut rows = pairs(run.scene, run.sources, size, &options.settings, stops);
+    rows.push(("threads", report.threads.to_string()));
     if run.common.memory.is_some() {
         let cache = &report.cache;
         let text = format!(
@@ -142,8 +149,15 @@ fn the_run(run: &Run<'_>, stops: f32) -> Vec<(&'static str, String)> {
             count(cache.evictions),
             count(cache.fetched)
         );
-        rows.insert(9, ("cache", text));
+        rows.push(("cache", text));
     }
+    let speed = (run.rays() as f64 / run.render_s.max(1e-9)) as u64;
+    rows.extend([
+        ("time", format!("{:.2} s, of it {:.2} s rendering", run.time_s, run.render_s)),
+        ("speed", format!("{} rays per second", count(speed))),
+        ("hash of the pixels", picture::hash(&run.rendered.picture)),
+        ("version", env!("CARGO_PKG_VERSION").to_owned()),
+    ]);
     rows
 }
 

@@ -5,7 +5,11 @@ use kiloray_render::{Options, Rendered};
 use serde_json::{Value, json};
 
 use super::compile::NEEDS;
-use crate::{args::Common, picture, scene::Scene};
+use crate::{
+    args::Common,
+    picture::{self, Picture},
+    scene::Scene,
+};
 
 /// A finished run.
 pub(super) struct Run<'a> {
@@ -74,8 +78,6 @@ impl Run<'_> {
     /// The fields that scripts rely on.
     pub(super) fn as_json(&self) -> Value {
         let Rendered { picture, report } = self.rendered;
-        let file = self.scene.file.view();
-        let header = file.header();
         let size = (picture.width, picture.height);
         let mut options = options_json(self.common, self.sources, self.scene, size, self.exposure);
         options["threads"] = json!(report.threads);
@@ -96,20 +98,20 @@ impl Run<'_> {
             .collect();
         let points = report.budget.line(Line::Points);
         let none = json!({});
-        json!({
-            "version": env!("CARGO_PKG_VERSION"),
-            "options": options,
-            "image_hash": picture::hash(picture),
-            "image_hash_kind": "blake3",
-            "width": picture.width,
-            "height": picture.height,
-            "nodes": 1,
-            "time_s": self.time_s,
+        let head = Head {
+            scene: self.scene,
+            options,
+            picture,
+            image_hash: &picture::hash(picture),
+            nodes: 1,
+            time_s: self.time_s,
+            fetched: report.cache.fetched,
+            overflows: report.overflows,
+        };
+        let mut json = head.with(json!({
             "render_s": self.render_s,
             "virtual_time_s": null,
             "efficiency": null,
-            "surfaces": header.primitives,
-            "position_error": header.frame.position_error,
             "rays": {
                 "primary": report.counts.primary,
                 "shadow": report.counts.shadow,
@@ -118,12 +120,6 @@ impl Run<'_> {
             },
             "skipped": skipped_json(self.scene, &report.counts),
             "messages": { "count": 0, "bytes": 0 },
-            "blocks": {
-                "count": header.blocks,
-                "bytes": u64::from(header.blocks) * u64::from(header.block_bytes),
-                "fetched": report.cache.fetched,
-                "expanded_bytes": report.top_bytes,
-            },
             "memory": {
                 "limit": self.common.memory,
                 "peak": self.peak(),
@@ -138,11 +134,55 @@ impl Run<'_> {
             },
             "retries": 0,
             "refusals": 0,
-            "overflows": report.overflows,
             "lost": none,
             "faults": none,
+        }));
+        json["blocks"]["expanded_bytes"] = json!(report.top_bytes);
+        json
+    }
+}
+
+/// What the report of every run has.
+pub(super) struct Head<'a> {
+    pub(super) scene: &'a Scene,
+    pub(super) options: Value,
+    pub(super) picture: &'a Picture,
+    pub(super) image_hash: &'a str,
+    pub(super) nodes: usize,
+    pub(super) time_s: f64,
+    /// Blocks that arrived in frames.
+    pub(super) fetched: u64,
+    pub(super) overflows: u64,
+}
+
+impl Head<'_> {
+    /// The report: this, and the rest of it.
+    pub(super) fn with(self, rest: Value) -> Value {
+        let file = self.scene.file.view();
+        let header = file.header();
+        let mut all = json!({
+            "version": env!("CARGO_PKG_VERSION"),
+            "options": self.options,
+            "image_hash": self.image_hash,
+            "image_hash_kind": "blake3",
+            "width": self.picture.width,
+            "height": self.picture.height,
+            "nodes": self.nodes,
+            "time_s": self.time_s,
+            "surfaces": header.primitives,
+            "position_error": header.frame.position_error,
+            "overflows": self.overflows,
             "notes": self.scene.notes,
-        })
+            "blocks": {
+                "count": header.blocks,
+                "bytes": u64::from(header.blocks) * u64::from(header.block_bytes),
+                "fetched": self.fetched,
+            },
+        });
+        if let (Some(all), Value::Object(rest)) = (all.as_object_mut(), rest) {
+            all.extend(rest);
+        }
+        all
     }
 }
 

@@ -2,29 +2,30 @@ use serde_json::{Value, json};
 
 use super::{End, Run, told::Told};
 use crate::{
-    command::mesh::{add_counts, greatest},
+    command::{
+        mesh::{add_counts, greatest},
+        report::{Head, options_json},
+    },
     picture,
 };
 
 impl Run<'_> {
     /// The fields that scripts rely on.
     pub(super) fn as_json(&self) -> Value {
-        let (options, done) = (self.options, self.done);
-        let file = self.scene.file.view();
-        let header = file.header();
-        let mut common = json!(self.board.common);
-        common["scenes"] = json!(self.board.scene.scenes);
-        common["width"] = json!(options.width);
-        common["height"] = json!(options.height);
-        common["block"] = json!(header.block_bytes);
-        common["nodes"] = json!(self.nodes);
-        common["topology"] = json!(self.board.topology);
-        common["machine"] = json!(self.board.machine);
-        common["processes"] = json!(self.board.processes);
-        common["block_replicas"] = json!(self.board.block_replicas);
-        common["serial"] = json!(self.board.serial);
-        common["baud"] = json!(self.board.baud);
-        common["noise"] = json!(self.board.noise.map(f64::from));
+        let done = self.done;
+        let size = (self.options.width, self.options.height);
+        let (common, scenes) = (&self.board.common, &self.board.scene.scenes);
+        let mut options = options_json(common, scenes, self.scene, size, None);
+        // As it was typed: the stops that were found are not kept.
+        options["exposure"] = json!(common.exposure);
+        options["nodes"] = json!(self.nodes);
+        options["topology"] = json!(self.board.topology);
+        options["machine"] = json!(self.board.machine);
+        options["processes"] = json!(self.board.processes);
+        options["block_replicas"] = json!(self.board.block_replicas);
+        options["serial"] = json!(self.board.serial);
+        options["baud"] = json!(self.board.baud);
+        options["noise"] = json!(self.board.noise.map(f64::from));
         let counts = done.ledger.counts();
         let told = Told::of(&done.ledger);
         let fullest = told.fullest();
@@ -36,26 +37,20 @@ impl Run<'_> {
                 "damaged": link.damaged,
             })
         });
-        let mut report = json!({
-            "version": env!("CARGO_PKG_VERSION"),
-            "options": common,
+        let head = Head {
+            scene: self.scene,
+            options,
+            picture: self.picture,
+            image_hash: &picture::hash(self.picture),
+            nodes: self.nodes.into(),
+            time_s: self.time_s,
+            fetched: node.cache.fetched,
+            overflows: done.ledger.overflows(),
+        };
+        let mut json = head.with(json!({
             "complete": done.end == End::Complete,
             "lost_block": if let End::Lost(block) = done.end { Some(block) } else { None },
-            "image_hash": picture::hash(self.picture),
-            "image_hash_kind": "blake3",
-            "width": options.width,
-            "height": options.height,
-            "nodes": self.nodes,
-            "time_s": self.time_s,
             "mesh_s": self.render_s,
-            "surfaces": header.primitives,
-            "position_error": header.frame.position_error,
-            "blocks": {
-                "count": header.blocks,
-                "bytes": u64::from(header.blocks) * u64::from(header.block_bytes),
-                "fetched": node.cache.fetched,
-                "owned_max": self.owned,
-            },
             "memory": {
                 "limit": fullest.map(|(_, figures)| figures.memory),
                 "peak": fullest.map(|(_, figures)| figures.peak_bytes()),
@@ -71,10 +66,9 @@ impl Run<'_> {
             "tiles": { "given": counts.given, "given_again": counts.given_again },
             "duplicates": counts.duplicates,
             "differing": counts.differing,
-            "overflows": done.ledger.overflows(),
-            "notes": self.scene.notes,
-        });
-        add_counts(&mut report, node);
-        report
+        }));
+        json["blocks"]["owned_max"] = json!(self.owned);
+        add_counts(&mut json, node);
+        json
     }
 }

@@ -12,31 +12,29 @@ impl Run<'_> {
     /// The fields that scripts rely on: those of `sim`, with times of the clock.
     pub(super) fn as_json(&self) -> Value {
         let (outcome, counts, options) = (self.outcome, &self.counts, self.options);
-        let view = self.scene.file.view();
-        let header = view.header();
         let messages = MessageReport::of(counts);
         let nodes = &outcome.nodes;
         let fullest = self.fullest();
         let points = kiloray_core::store::Line::Points.name();
         let points: Vec<_> =
             nodes.iter().flat_map(|n| &n.lines).filter(|line| line.name == points).collect();
-        let mut report = json!({
-            "version": env!("CARGO_PKG_VERSION"),
-            "options": self.options_json(),
+        let head = report::Head {
+            scene: self.scene,
+            options: self.options_json(),
+            picture: &outcome.picture,
+            image_hash: &self.image_hash,
+            nodes: options.topology.nodes().into(),
+            time_s: self.time_s,
+            fetched: counts.cache.fetched,
+            overflows: outcome.overflows,
+        };
+        let mut json = head.with(json!({
             "complete": outcome.complete,
             "lost_block": outcome.lost,
-            "image_hash": self.image_hash,
-            "image_hash_kind": "blake3",
-            "width": outcome.picture.width,
-            "height": outcome.picture.height,
-            "nodes": options.topology.nodes(),
-            "time_s": self.time_s,
             "start_s": outcome.start.as_secs_f64(),
             "mesh_s": outcome.render.as_secs_f64(),
             "virtual_time_s": null,
             "efficiency": null,
-            "surfaces": header.primitives,
-            "position_error": header.frame.position_error,
             "skipped": report::skipped_json(self.scene, &counts.shade),
             "messages": {
                 "count": total(messages.iter().map(|m| m.sent)),
@@ -48,12 +46,6 @@ impl Run<'_> {
                 "bytes": total(nodes.iter().map(|n| n.time.bytes_sent)),
                 "dropped": total(nodes.iter().map(|n| n.time.dropped)),
                 "foreign": total(nodes.iter().map(|n| n.foreign)),
-            },
-            "blocks": {
-                "count": header.blocks,
-                "bytes": u64::from(header.blocks) * u64::from(header.block_bytes),
-                "fetched": counts.cache.fetched,
-                "owned_max": nodes.iter().map(|n| n.owned_blocks).max(),
             },
             "memory": {
                 "limit": options.memory,
@@ -71,7 +63,6 @@ impl Run<'_> {
                 "peak": points.iter().map(|line| line.peak).max().unwrap_or(0),
             },
             "tiles": TileReport::from(outcome.ledger),
-            "overflows": outcome.overflows,
             "lost": losses_json(&self.lost()),
             "latencies": outcome.latencies,
             "faults": {
@@ -81,10 +72,10 @@ impl Run<'_> {
             },
             "per_node": nodes,
             "host": outcome.host,
-            "notes": self.scene.notes,
-        });
-        add_counts(&mut report, counts);
-        report
+        }));
+        json["blocks"]["owned_max"] = json!(nodes.iter().map(|n| n.owned_blocks).max());
+        add_counts(&mut json, counts);
+        json
     }
 
     fn options_json(&self) -> Value {

@@ -5,7 +5,7 @@ use kiloray_sim::{MessageReport, TileReport};
 use super::Run;
 use crate::{
     command::{
-        html::Shown,
+        html::{self, Shown},
         latencies::latencies,
         mesh::{self, Why, part, total},
     },
@@ -155,31 +155,14 @@ fn faults(page: &mut Page, run: &Run<'_>) {
 }
 
 fn the_run(page: &mut Page, run: &Run<'_>, mesh: &str, stops: f32) {
-    let file = run.scene.file.view();
-    let header = file.header();
-    let settings = &run.options.settings;
-    let sources: Vec<_> = run.scenes.iter().map(|scene| scene.display().to_string()).collect();
-    page.heading("The run");
-    page.pairs(&[
-        ("scene", sources.join(", ")),
-        ("surfaces", count(header.primitives.into())),
-        (
-            "blocks",
-            format!(
-                "{} of {}, {}",
-                count(header.blocks.into()),
-                bytes(header.block_bytes.into()),
-                bytes(u64::from(header.blocks) * u64::from(header.block_bytes))
-            ),
-        ),
-        ("picture", format!("{} x {}", run.options.width, run.options.height)),
-        ("samples", settings.samples.to_string()),
-        ("bounces", settings.bounces.to_string()),
-        ("exposure", format!("{stops} stops")),
-        ("seed", settings.seed.to_string()),
+    let size = (run.options.width, run.options.height);
+    let mut rows = html::pairs(run.scene, run.scenes, size, &run.options.settings, stops);
+    rows.extend([
         ("mesh", mesh.to_owned()),
         ("time of all", format!("{:.2} s", run.time_s)),
         ("hash of the pixels", run.image_hash.clone()),
         ("version", env!("CARGO_PKG_VERSION").to_owned()),
     ]);
+    page.heading("The run");
+    page.pairs(&rows);
 }

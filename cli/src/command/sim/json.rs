@@ -14,31 +14,29 @@ impl Run<'_> {
         let outcome = &self.done.outcome;
         let report = &outcome.report;
         let (counts, picture) = (&report.totals.counts, &outcome.picture);
-        let header = self.scene.file.view();
-        let header = header.header();
         let bounds: serde_json::Map<_, _> = self
             .bounds()
             .iter()
             .map(|bound| (bound.key.to_owned(), json!(seconds(bound.ns))))
             .collect();
-        let mut report = json!({
-            "version": env!("CARGO_PKG_VERSION"),
-            "options": self.options_json(),
+        let head = report::Head {
+            scene: self.scene,
+            options: self.options_json(),
+            picture,
+            image_hash: &self.done.image_hash,
+            nodes: report.nodes.len(),
+            time_s: self.done.all_s,
+            fetched: counts.cache.fetched,
+            overflows: outcome.overflows,
+        };
+        let mut json = head.with(json!({
             "complete": outcome.is_complete(),
             "profile_source": self.options.profile.source,
             "lost_block": outcome.lost(),
-            "image_hash": self.done.image_hash,
-            "image_hash_kind": "blake3",
-            "width": picture.width,
-            "height": picture.height,
-            "nodes": report.nodes.len(),
-            "time_s": self.done.all_s,
             "mesh_s": self.done.mesh_s,
             "virtual_time_s": seconds(report.virtual_ns),
             "virtual_time_one_node_s": self.done.baseline.map(|one| seconds(one.virtual_ns)),
             "efficiency": self.done.efficiency(),
-            "surfaces": header.primitives,
-            "position_error": header.frame.position_error,
             "skipped": report::skipped_json(self.scene, &counts.shade),
             "messages": {
                 "count": report.messages.iter().map(|m| m.sent).sum::<u64>(),
@@ -61,12 +59,6 @@ impl Run<'_> {
                     "bound_s": seconds(cut.bound_ns),
                 })),
             },
-            "blocks": {
-                "count": header.blocks,
-                "bytes": u64::from(header.blocks) * u64::from(header.block_bytes),
-                "fetched": counts.cache.fetched,
-                "owned_max": report.nodes.iter().map(|n| n.owned_blocks).max(),
-            },
             "memory": {
                 "limit": self.options.mesh.memory,
                 "peak": report.totals.peak_bytes,
@@ -76,17 +68,16 @@ impl Run<'_> {
             },
             "points": points_json(report),
             "tiles": report.tiles,
-            "overflows": outcome.overflows,
             "lost": losses_json(&lost(report, self.done.baseline.as_ref())),
             "bounds_s": bounds,
             "latencies": report.latencies,
             "faults": report.faults,
             "events": report.events,
             "fingerprint": report.fingerprint,
-            "notes": self.scene.notes,
-        });
-        add_counts(&mut report, counts);
-        report
+        }));
+        json["blocks"]["owned_max"] = json!(report.nodes.iter().map(|n| n.owned_blocks).max());
+        add_counts(&mut json, counts);
+        json
     }
 
     /// The same, and all that the page draws: a line for each field, node and link.

@@ -9,7 +9,7 @@ use crate::{
     chart::Layout,
     command::{
         division,
-        html::Shown,
+        html::{self, Shown},
         latencies::latencies,
         mesh::{self, part},
     },
@@ -171,29 +171,10 @@ fn faults(page: &mut Page, run: &Run<'_>) {
 
 fn the_run(page: &mut Page, run: &Run<'_>, shown: &Shown<'_>) {
     let report = &run.done.outcome.report;
-    let file = run.scene.file.view();
-    let header = file.header();
-    let (o, settings) = (run.options, &run.options.mesh.settings);
-    let sources: Vec<_> =
-        run.sim.scene.scenes.iter().map(|scene| scene.display().to_string()).collect();
-    page.heading("The run");
-    page.pairs(&[
-        ("scene", sources.join(", ")),
-        ("surfaces", count(header.primitives.into())),
-        (
-            "blocks",
-            format!(
-                "{} of {}, {}",
-                count(header.blocks.into()),
-                bytes(header.block_bytes.into()),
-                bytes(u64::from(header.blocks) * u64::from(header.block_bytes))
-            ),
-        ),
-        ("picture", format!("{} x {}", o.mesh.width, o.mesh.height)),
-        ("samples", settings.samples.to_string()),
-        ("bounces", settings.bounces.to_string()),
-        ("exposure", format!("{} stops", shown.stops)),
-        ("seed", o.seed.to_string()),
+    let (o, scenes) = (run.options, &run.sim.scene.scenes);
+    let size = (o.mesh.width, o.mesh.height);
+    let mut rows = html::pairs(run.scene, scenes, size, &o.mesh.settings, shown.stops);
+    rows.extend([
         ("mesh", summary::mesh(run)),
         (
             "links",
@@ -218,6 +199,8 @@ fn the_run(page: &mut Page, run: &Run<'_>, shown: &Shown<'_>) {
         ("hash of the events", report.fingerprint.clone()),
         ("version", env!("CARGO_PKG_VERSION").to_owned()),
     ]);
+    page.heading("The run");
+    page.pairs(&rows);
     if let Some(link) = run.busiest_link() {
         page.soft(format_args!("The busiest link is {}.", link_name(link)));
     }
