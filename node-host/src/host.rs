@@ -89,22 +89,11 @@ pub fn run_host(
 ) -> Result<Outcome, Error> {
     let begin = Instant::now();
     let job = Job::new(config, file)?;
-    let (width, height) = (job.options.width, job.options.height);
-    let shader = job.shader(file);
     let size = job.layout.host_router(&job.mesh);
     let mut chunks = vec![Chunk::ZERO; size.arena_bytes() / CHUNK_BYTES];
-    let settings = job.options.settings;
-    let ledger = Ledger::new(
-        width,
-        height,
-        job.layout.side(),
-        settings.seed,
-        shader.unit(),
-        settings.samples,
-    )?;
     let mut host = HostEnd {
         router: Router::new(&mut Arena::new(&mut chunks), job.mesh, HOST, size)?,
-        ledger: ledger.with_askers(job.layout.askers()),
+        ledger: job.layout.ledger(file, &job.options)?,
     };
     let own = job.identity(file, Place::HOST, Identity::any_incarnation());
     let mut watch = Watch { file, job: &job, own: own.clone(), replacements: Vec::new() };

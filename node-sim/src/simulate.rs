@@ -49,7 +49,6 @@ pub fn simulate(
     let mesh = Mesh::new(options.mesh.topology);
     let mut layout = layout(file, options)?;
     let tables = Tables::of(file);
-    let shader = Shader::new(tables, options.mesh.settings);
     let tiling = Tiling::new(width, height, layout.side());
     let rows = LightRows::new(file.lights());
     let world = |tables| {
@@ -60,11 +59,9 @@ pub fn simulate(
 
     let size = layout.host_router(&mesh);
     let mut host_arena = vec![Chunk::ZERO; size.arena_bytes() / CHUNK_BYTES];
-    let seed = options.mesh.settings.seed;
-    let ledger = Ledger::new(width, height, layout.side(), seed, shader.unit(), samples)?;
     let host = HostEnd {
         router: Router::new(&mut Arena::new(&mut host_arena), mesh, HOST, size)?,
-        ledger: ledger.with_askers(layout.askers()),
+        ledger: layout.ledger(file, &options.mesh)?,
     };
     let settings = RunSettings {
         link: options.link,

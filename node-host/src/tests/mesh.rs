@@ -8,7 +8,7 @@ use kiloray_core::network::{HOST, NodeId, Router, Topology};
 use kiloray_core::node::{Node, Picture, Time};
 use kiloray_core::shade::Settings;
 use kiloray_core::store::{Arena, CHUNK_BYTES, Chunk};
-use kiloray_render::{Lanes, Ledger, MeshOptions};
+use kiloray_render::{Lanes, MeshOptions};
 use kiloray_scene::builtin;
 use kiloray_scene::compile::{self, compile};
 use kiloray_scene::kilo::KiloFile;
@@ -83,13 +83,9 @@ fn picture(job: &Job, file: &KiloFile, victim: Option<(NodeId, u64)>) -> (Vec<[f
     let over: Vec<AtomicBool> = (0..job.mesh.nodes()).map(|_| AtomicBool::new(false)).collect();
     let size = job.layout.host_router(&job.mesh);
     let mut chunks = vec![Chunk::ZERO; size.arena_bytes() / CHUNK_BYTES];
-    let (settings, unit) = (job.options.settings, job.shader(&file.view()).unit());
-    let (width, height) = (job.options.width, job.options.height);
-    let ledger =
-        Ledger::new(width, height, job.layout.side(), settings.seed, unit, settings.samples);
     let mut host = HostEnd {
         router: Router::new(&mut Arena::new(&mut chunks), job.mesh, HOST, size).unwrap(),
-        ledger: ledger.unwrap().with_askers(job.layout.askers()),
+        ledger: job.layout.ledger(&file.view(), &job.options).unwrap(),
     };
     let mut replaced = 0;
     thread::scope(|scope| {

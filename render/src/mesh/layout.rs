@@ -1,3 +1,5 @@
+use super::Ledger;
+use crate::PictureError;
 use kiloray_core::block::KiloView;
 use kiloray_core::network::{HOST, Mesh, NodeId, PacketHeader, RouterSize, Topology};
 use kiloray_core::node::{
@@ -208,9 +210,24 @@ impl MeshLayout {
         RouterSize::new(mesh, HOST, depth, payload).with_host(HOST, HOST_DEPTH)
     }
 
+    /// The ledger of a picture of these options that nobody has begun.
+    ///
+    /// # Errors
+    /// [`PictureError::Size`] for a picture that cannot be.
+    pub fn ledger(
+        &self,
+        file: &KiloView<'_>,
+        options: &MeshOptions,
+    ) -> Result<Ledger, PictureError> {
+        let &MeshOptions { width, height, settings, .. } = options;
+        let unit = Shader::new(Tables::of(file), settings).unit();
+        let ledger =
+            Ledger::new(width, height, self.side(), settings.seed, unit, settings.samples)?;
+        Ok(ledger.with_askers(self.askers()))
+    }
+
     /// Who asks the host for tiles.
-    #[must_use]
-    pub fn askers(&self) -> u32 {
+    fn askers(&self) -> u32 {
         let nodes = self.plans.len() as u32;
         match self.settings.group {
             0 => nodes,
