@@ -136,7 +136,7 @@ impl Mesh {
         let (&first, others) = self.attached().split_first()?;
         let Some(&second) = others.first() else { return Some(first) };
         let [near, far] = [first, second].map(|attached| self.topology.distance(node, attached));
-        let goes_second = far < near || far == 1 && near == 1 && node.0 & 1 != 0;
+        let goes_second = far < near || far == 1 && near == 1 && node.0 & 1 == 0;
         Some(if goes_second { second } else { first })
     }
 

@@ -268,7 +268,10 @@ impl<'a, W: World> Node<'a, W> {
         } else {
             // What is still in the outbox waits for room, which a link makes.
             let until = self.next_deadline.min(self.tiles.until(now));
-            Next::Wait { until, lack: self.lack() }
+            let lack = self.lack();
+            #[cfg(feature = "bundles")]
+            self.tiles.note_wait(lack);
+            Next::Wait { until, lack }
         };
         Progress { work: self.work, next }
     }

@@ -1,3 +1,5 @@
+#[cfg(feature = "bundles")]
+use super::Lack;
 use super::group::{Asked, sub_master};
 use super::rules::Rule;
 use super::slots::{Root, RootState};
@@ -30,6 +32,12 @@ pub(super) struct Tiles {
     leases: [(u32, u32); LEASES],
     /// How many the host gave last.
     had: u32,
+    /// For how many it asks: more where it has to wait for answers. (Boards ask for one at a time: it would take flash.)
+    #[cfg(feature = "bundles")]
+    wanted: u8,
+    /// It has waited for the last answer with nothing else to do.
+    #[cfg(feature = "bundles")]
+    waited: bool,
 }
 
 /// Runs of tiles that a node can hold.
@@ -38,6 +46,9 @@ const LEASES: usize = 4;
 const PAST: u32 = 16;
 /// Time limits are doubled so often at most, as answers come late.
 const LATE_MAX: u8 = 5;
+/// For how many tiles a node asks at once, at most. A master gives fewer, and one at last, as they become few.
+#[cfg(feature = "bundles")]
+const WANTED_MAX: u8 = 8;
 /// For how many tiles a sub-master asks at once, for each node of its group.
 const LEASE_PER_NODE: u32 = 2;
 
@@ -56,6 +67,10 @@ impl Tiles {
             busy: u32::MAX,
             leases: [(0, 0); LEASES],
             had: 0,
+            #[cfg(feature = "bundles")]
+            wanted: 1,
+            #[cfg(feature = "bundles")]
+            waited: false,
         }
     }
 
@@ -131,6 +146,8 @@ impl Tiles {
             s.pod(count);
         }
         s.pod(&mut self.had);
+        #[cfg(feature = "bundles")]
+        (s.pod(&mut self.wanted), s.bool(&mut self.waited));
     }
 
     /// Whether a time limit runs: of its request, of its wait for new tiles.
@@ -146,6 +163,20 @@ impl Tiles {
             true => self.asked = Some(now),
             false => self.dry = now,
         }
+    }
+
+    /// It waits for something.
+    #[cfg(feature = "bundles")]
+    pub(super) fn note_wait(&mut self, lack: Lack) {
+        self.waited |= lack == Lack::Master;
+    }
+
+    /// An answer has come: where it was waited for it asks for more the next time, else for fewer.
+    #[cfg(feature = "bundles")]
+    fn adapt_wanted(&mut self) {
+        let waited = core::mem::take(&mut self.waited);
+        let next = if waited { self.wanted.saturating_mul(2) } else { self.wanted / 2 };
+        self.wanted = next.clamp(1, WANTED_MAX);
     }
 
     /// Whether a master has still to answer: what it was asked for, or that it has the sums of a tile, whose place the next one takes.
@@ -173,7 +204,12 @@ impl<W: World> Node<'_, W> {
                 matches!(root.state(), RootState::Free | RootState::Sending | RootState::Sent)
             };
             let opening = self.tiles.opening(self.roots).is_some();
-            u32::from(!opening && self.tiles.leased() == 0 && roots.iter().any(ends))
+            let wants = !opening && self.tiles.leased() == 0 && roots.iter().any(ends);
+            #[cfg(feature = "bundles")]
+            let most = self.tiles.wanted.into();
+            #[cfg(not(feature = "bundles"))]
+            let most = 1;
+            if wants { most } else { 0 }
         };
         // Who has come to the end of all its work asks once more: the master may know who has some left.
         let done = self.is_idle() && self.settings.shadow != ShadowPolicy::Keep;
@@ -272,6 +308,8 @@ impl<W: World> Node<'_, W> {
         self.tiles.tries = 0;
         self.tiles.past = if from == HOST { self.tiles.past.saturating_sub(1) } else { 0 };
         self.tiles.had = count;
+        #[cfg(feature = "bundles")]
+        self.tiles.adapt_wanted();
         if count == 0 {
             self.tiles.dry = now.after(Time(u64::from(wait).saturating_mul(1000)));
             self.tiles.busy = first;
