@@ -30,6 +30,10 @@ use units::parse_part;
 /// Lights that a scene may have where nothing is said: as much as 10.75 MiB of tables.
 const LIGHTS_MAX: u32 = 1 << 16;
 
+/// Memory of a node of a mesh, and of one that is alone and planned, where nothing is said.
+pub(crate) const MESH_MEMORY: u64 = 256 << 10;
+const PLAN_MEMORY: u64 = 64 << 10;
+
 /// Ray tracing in kilobytes.
 #[derive(Debug, Parser)]
 #[command(
@@ -359,10 +363,10 @@ pub(crate) struct Compile {
     /// The file of blocks; without it the figures are printed and nothing is written
     #[arg(short, long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub(crate) output: Option<PathBuf>,
-    /// Size of a block: 1KiB to 64KiB, a power of two
+    /// Size of a block: 1KiB to 64KiB, a power of two [default: 16KiB; with --nodes 1KiB, which suits the default memory of 'kiloray sim']
     #[arg(long, value_name = "SIZE", value_parser = options::block)]
     pub(crate) block: Option<u32>,
-    /// Print how the blocks are dealt out to the nodes of a mesh
+    /// Print how the blocks are dealt out to the nodes of a mesh, as 'kiloray sim' deals them
     #[arg(long, value_name = "N", value_parser = mesh::nodes, allow_hyphen_values = true)]
     pub(crate) nodes: Option<u32>,
     /// Write what this node (from 0) needs of the scene: the tables and its blocks, for its read-only memory. Of 4 nodes and in blocks of 1 KiB where nothing is
@@ -375,7 +379,7 @@ pub(crate) struct Compile {
     /// Copies of each block in all
     #[arg(long, value_name = "K", default_value_t = 1, value_parser = mesh::replicas, allow_hyphen_values = true, requires = "nodes")]
     pub(crate) block_replicas: u32,
-    /// Read-only memory of a node, as in 1MiB: refused where a node would own more blocks than it holds
+    /// Read-only memory of a node, as in 1MiB: less of the tree's top lies with all where a node would own more blocks than it holds, or it is refused
     #[arg(long, value_name = "SIZE", value_parser = size::parse_bytes, allow_hyphen_values = true, requires = "nodes")]
     pub(crate) rom: Option<u64>,
     /// Write the figures as JSON ('-' for the standard output)
@@ -391,9 +395,9 @@ pub(crate) struct Compile {
 pub(crate) struct Plan {
     #[command(flatten)]
     pub(crate) scene: Scene,
-    /// Memory of the node, as in 64KiB
-    #[arg(long, value_name = "SIZE", value_parser = size::parse_bytes, default_value = "64KiB")]
-    pub(crate) memory: u64,
+    /// Memory of the node, as in 64KiB [default: 64KiB, with any option of a mesh 256KiB, as 'kiloray sim' takes it]
+    #[arg(long, value_name = "SIZE", value_parser = size::parse_bytes)]
+    pub(crate) memory: Option<u64>,
     /// All RAM of a board, as in 64KiB: the memory is what the firmware's statics and stack leave of it
     #[arg(long, value_name = "SIZE", value_parser = size::parse_bytes, conflicts_with = "memory")]
     pub(crate) ram: Option<u64>,
@@ -417,6 +421,15 @@ pub(crate) struct Plan {
     /// Something is said of a mesh.
     #[arg(skip)]
     pub(crate) is_mesh: bool,
+}
+
+impl Plan {
+    /// Memory of a node: what was said, or what the RAM leaves.
+    pub(crate) fn memory(&self) -> u64 {
+        let left = |ram: u64| ram.saturating_sub(firmware::STATICS + firmware::STACK);
+        let default = if self.is_mesh { MESH_MEMORY } else { PLAN_MEMORY };
+        self.ram.map(left).or(self.memory).unwrap_or(default)
+    }
 }
 
 /// `kiloray calibrate`.

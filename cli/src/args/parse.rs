@@ -2,7 +2,7 @@ use std::ffi::OsString;
 
 use clap::{CommandFactory, FromArgMatches, error::ErrorKind};
 
-use super::{Arguments, Command, axis, firmware, mesh};
+use super::{Arguments, Command, axis, mesh};
 use crate::{
     console,
     failure::{Failure, Outcome},
@@ -38,9 +38,6 @@ fn read(arguments: &[OsString]) -> Result<Arguments, clap::Error> {
         }
         (Some(Command::Plan(plan)), Some((_, matches))) => {
             plan.is_mesh = mesh::is_typed(matches);
-            if let Some(ram) = plan.ram {
-                plan.memory = ram.saturating_sub(firmware::STATICS + firmware::STACK);
-            }
         }
         _ => {}
     }

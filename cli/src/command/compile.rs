@@ -1,6 +1,7 @@
-use kiloray_core::network::NodeId;
+use kiloray_core::network::{NodeId, Topology};
 use kiloray_core::node::{Placement, Rom};
 use kiloray_core::scene::Needs;
+use kiloray_render::MeshOptions;
 use kiloray_scene::{compile::Stats, kilo};
 use serde_json::{Value, json};
 
@@ -13,7 +14,7 @@ use crate::{
     scene::{self, Scene, view_name},
 };
 
-/// Blocks of a scene that is compiled without a word on them.
+/// Blocks of a scene that is compiled without a word on them, nor on nodes.
 const BLOCK: u32 = 16 << 10;
 
 /// Compiles, prints and writes.
@@ -44,7 +45,11 @@ pub(super) fn run(arguments: &args::Compile) -> Outcome {
             nodes - 1
         )));
     }
-    let block = if arguments.for_node.is_some() { board::BLOCK } else { BLOCK };
+    let block = match (arguments.for_node, arguments.nodes) {
+        (Some(_), _) => board::BLOCK,
+        (None, Some(_)) => division::default_block(args::MESH_MEMORY),
+        (None, None) => BLOCK,
+    };
     let output = arguments.output.as_deref().map(Output::create).transpose()?;
     let json_out = arguments.json.as_deref().map(Output::create).transpose()?;
     let to_standard = arguments.json.as_deref() == Some("-".as_ref());
@@ -85,7 +90,7 @@ struct Shares {
     nodes: u32,
     copies: u32,
     block_bytes: u64,
-    /// Blocks of the node that has the fewest, and of the one that has the most: the root's, which all have, among them.
+    /// Blocks of the node that has the fewest, and of the one that has the most: those at the top of the tree, which all have, among them.
     least: u64,
     most: u64,
 }
@@ -94,13 +99,14 @@ impl Shares {
     fn new(scene: &Scene, arguments: &args::Compile, nodes: u32) -> Outcome<Self> {
         let file = scene.file.view();
         let block_bytes = file.header().block_bytes;
-        let placement = Placement {
+        // All boards have the root's block alone, other nodes more of the top of the tree.
+        let options = MeshOptions {
             dealing: arguments.placement,
-            blocks: file.blocks(),
-            nodes: nodes as u16,
-            top: file.blocks().min(1),
+            top: arguments.for_node.map(|_| 1),
             replicas: arguments.block_replicas as u16,
+            ..MeshOptions::new(1, 1, Topology::Full { nodes: nodes as u16 })
         };
+        let placement = options.placement(&file);
         let rom = arguments.rom.unwrap_or(u64::MAX);
         let placement = division::limited(placement, rom, block_bytes.into(), false)?;
         let owned = |node| {
@@ -120,11 +126,16 @@ impl Shares {
     fn print(&self) -> Outcome {
         let copies =
             if self.copies > 1 { format!(", {} copies", self.copies) } else { String::new() };
+        let top = match self.placement.top {
+            0 | 1 => "the root's lies with all".into(),
+            top => format!("{top} at the root lie with all"),
+        };
         line(format_args!(
-            "placement  {} nodes{copies}: each has {} to {} blocks, {} to {}; the root's lies with all",
+            "placement  {} nodes{copies}: each has {} to {} blocks of {}, {} to {}; {top}",
             self.nodes,
             self.least,
             self.most,
+            bytes(self.block_bytes),
             bytes(self.least * self.block_bytes),
             bytes(self.most * self.block_bytes),
         ))

@@ -6,24 +6,26 @@ use serde::Serialize;
 use serde_json::{Value, json};
 
 use crate::{
-    args::{BLOCK_MIN, Bounds, Common, Division, size::typed},
+    args::{self, BLOCK_MIN, Bounds, Common, Division, size::typed},
     failure::{Failure, Outcome},
     memory,
 };
 
-/// Memory of a node where nothing is said.
-const MEMORY: u64 = 256 << 10;
-
 /// Size of the nodes' memory.
 pub(super) fn memory(common: &Common) -> u64 {
-    common.memory.unwrap_or(MEMORY)
+    common.memory.unwrap_or(args::MESH_MEMORY)
 }
 
 /// Size of a block where nothing is said, for nodes of this memory: the least whose square is twice the memory, from 1 to 16 KiB. Great blocks leave few
 /// frames and fill links; small ones come often, each with its message (`ARCHITECTURE.md`, "The size of a block").
 pub(super) fn default_block(memory: u64) -> u32 {
-    let suits = |block: &u32| u64::from(*block).pow(2) >= memory.saturating_mul(2);
+    let suits = |block: &u32| memory <= suited_by(*block);
     [1 << 10, 2 << 10, 4 << 10, 8 << 10].into_iter().find(suits).unwrap_or(16 << 10)
+}
+
+/// The greatest memory that blocks of this size suit.
+pub(super) fn suited_by(block: u32) -> u64 {
+    u64::from(block).pow(2) / 2
 }
 
 /// How a picture is divided among the nodes of a topology.

@@ -63,17 +63,19 @@ fn a_full_disk_is_told() {
 #[test]
 fn blocks_are_dealt_out_to_nodes() {
     let folder = Folder::new();
-    let out = folder.run("compile colour-cube --block 4KiB --nodes 8 --json -").done().out();
+    let out = folder.run("compile colour-cube --block 1KiB --nodes 8 --json -").done().out();
     let json: serde_json::Value = serde_json::from_str(&out).unwrap();
     let blocks = json["blocks"]["count"].as_u64().unwrap();
     let share = &json["placement"]["blocks"];
     let (least, most) = (share["least"].as_u64().unwrap(), share["most"].as_u64().unwrap());
-    // The root's block lies with all, the others are divided.
-    let dealt = blocks - 1;
-    assert!(most - least <= 1 && (8 * (least - 1)..=8 * (most - 1)).contains(&dealt));
-    assert_eq!(json["placement"]["bytes"]["most"], most * 4096);
-    let out = folder.run("compile colour-cube --block 4KiB --nodes 8").done().out();
-    assert!(out.contains(&format!("8 nodes: each has {least} to {most} blocks")), "{out}");
+    // One block in 64, at the root, lies with all, the others are divided.
+    let top = blocks / 64;
+    assert!(top > 1 && most - least <= 1);
+    assert!((8 * (least - top)..=8 * (most - top)).contains(&(blocks - top)));
+    assert_eq!(json["placement"]["bytes"]["most"], most * 1024);
+    let out = folder.run("compile colour-cube --block 1KiB --nodes 8").done().out();
+    let told = format!("8 nodes: each has {least} to {most} blocks of 1024 B, ");
+    assert!(out.contains(&told) && out.contains(&format!("; {top} at the root lie")), "{out}");
     let out = folder.run("compile colour-cube --nodes 4 --block-replicas 4").done().out();
     assert!(out.contains("4 nodes, 4 copies"), "{out}");
     folder
@@ -81,9 +83,28 @@ fn blocks_are_dealt_out_to_nodes() {
         .refused(2, &["--block-replicas 5", "4"]);
     folder.run("compile cornell --nodes 0").refused(2, &["--nodes"]);
     folder.run("compile cornell --placement round-robin").refused(2, &["--nodes"]);
-    let fits = most * 4096;
-    let compile = "compile colour-cube --block 4KiB --nodes 8 --rom";
-    folder.run(&format!("{compile} {fits}")).done();
+    // Less of the top gives way to a read-only memory, but for the root.
+    let fits = (1 + (blocks - 1).div_ceil(8)) * 1024;
+    let compile = "compile colour-cube --block 1KiB --nodes 8 --rom";
+    let out = folder.run(&format!("{compile} {fits}")).done().out();
+    assert!(out.contains("the root's lies with all"), "{out}");
     let refused = folder.run(&format!("{compile} {}", fits - 1));
-    refused.refused(1, &["--rom", &format!("{}KiB; give more", fits >> 10), "--block"]);
+    refused.refused(1, &["--rom", &format!("{}KiB; give more, or more --nodes", fits >> 10)]);
+}
+
+#[test]
+fn blocks_for_nodes_are_those_that_a_simulation_takes() {
+    let folder = Folder::new();
+    let json = |line: &str| -> serde_json::Value {
+        serde_json::from_str(&folder.run(&format!("{line} --json -")).done().out()).unwrap()
+    };
+    let (compiled, planned) = (json("compile glass --nodes 16"), json("plan glass --nodes 16"));
+    assert_eq!(compiled["blocks"]["block_bytes"], planned["block_bytes"]);
+    assert_eq!(compiled["placement"]["blocks"]["least"], planned["owned"]["least"]);
+    assert_eq!(compiled["placement"]["blocks"]["most"], planned["owned"]["most"]);
+    folder.run("compile sinc:60 --nodes 16 --rom 20KiB").done();
+    assert_eq!(json("compile glass")["blocks"]["block_bytes"], 16_384);
+    let help = folder.run("compile --help").done().out();
+    let block_bytes = planned["block_bytes"].as_u64().unwrap();
+    assert!(help.contains(&format!("with --nodes {}KiB", block_bytes >> 10)), "{help}");
 }

@@ -18,7 +18,7 @@ fn the_budget_of_a_node_of_a_mesh_is_the_simulators() {
     let text = folder.run(&format!("plan {mesh}")).done().out();
     assert!(text.contains("messages") && text.contains(&format!("{sum} of 65536")), "{text}");
     assert!(text.contains("Node 0 of 16") && text.contains("--owned-in-arena"), "{text}");
-    assert!(text.contains(" bytes of memory are needed."), "{text}");
+    assert!(text.contains(" bytes of memory are needed with these blocks."), "{text}");
 
     // Blocks on their way take a part of the frames alone.
     let frames = lines.iter().find(|line| line["line"] == "block frames").unwrap();
@@ -40,8 +40,32 @@ fn the_budget_of_a_node_of_a_mesh_is_the_simulators() {
 }
 
 #[test]
+fn less_memory_may_do_with_the_smaller_blocks_that_it_gets() {
+    let folder = Folder::new();
+    let plan = |memory: &str| folder.run(&format!("plan glass --nodes 7 --memory {memory}"));
+    let of = |memory: &str| -> Value {
+        serde_json::from_str(&plan(&format!("{memory} --json -")).done().out()).unwrap()
+    };
+    let (great, small) = (of("1MiB"), of("64KiB"));
+    assert_eq!((&great["block_bytes"], &small["block_bytes"]), (&2048.into(), &1024.into()));
+    assert_eq!(great["least"], small["least"]);
+    let least = great["least"].as_u64().unwrap();
+    let told = format!("At least {least} bytes of memory are needed.");
+    let out = plan("1MiB").done().out();
+    assert!(out.contains(&told), "no '{told}' in: {out}");
+    plan(&least.to_string()).done();
+    plan(&(least - 1).to_string()).refused(1, &["too small"]);
+}
+
+#[test]
 fn any_option_of_a_mesh_means_a_mesh() {
     let folder = Folder::new();
+    // With the memory that its nodes have where nothing is said.
+    let json =
+        |memory: &str| folder.run(&format!("plan glass --nodes 16 {memory} --json -")).done();
+    assert_eq!(json("").out(), json("--memory 256KiB").out());
+    let alone = folder.run("plan glass --json -").done().out();
+    assert!(alone.contains("\"memory\": 65536"), "{alone}");
     for option in ["--topology hypercube", "--schedule data", "--block-replicas 2"] {
         let out = folder.run(&format!("plan cornell {option}")).done().out();
         assert!(out.contains("Node 0 of 64"), "{option}: {out}");

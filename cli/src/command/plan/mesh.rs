@@ -1,3 +1,6 @@
+use std::iter::successors;
+
+use kiloray_core::network::Topology;
 use kiloray_render::framing;
 use kiloray_sim::{Error, MeshOptions, MeshPlan, NodeShare, Options, plan};
 use serde_json::json;
@@ -7,7 +10,7 @@ use super::{
     lines, too_small,
 };
 use crate::{
-    args::{self, Bounds},
+    args::{self, BLOCK_MIN, Bounds},
     console::{bytes, count, line},
     failure::{Failure, Outcome},
     output::Output,
@@ -19,25 +22,19 @@ pub(super) fn run(arguments: &args::Plan) -> Outcome {
     let topology = arguments.mesh.division.topology().map_err(Failure::usage)?;
     let json_out = arguments.json.as_deref().map(Output::create).transpose()?;
     let to_standard = arguments.json.as_deref() == Some("-".as_ref());
-    let block = division::default_block(arguments.memory);
+    let memory = arguments.memory();
+    let block = division::default_block(memory);
     let scene = scene::load(&arguments.scene, arguments.block, block, to_standard)?;
     scene.print_notes(to_standard);
-    let view = scene.choose_view(None)?;
-    let Bounds { width, height } =
-        Bounds::new(arguments.width, arguments.height, framing::aspect(&view))
-            .map_err(Failure::usage)?;
-    let mut divided = MeshOptions::new(width, height, topology);
-    divided.settings.bounces = arguments.bounces as u8;
-    divided.memory = usize::try_from(arguments.memory)
-        .map_err(|_| Failure::usage("--memory is more than can be addressed"))?;
     let file = scene.file.view();
     let block_bytes = file.header().block_bytes;
-    let divided = division::with(divided, &arguments.mesh.division, &file)?;
-    let options = sim::on(divided, view, &arguments.mesh)?;
+    let options = options(arguments, topology, &scene)?;
     let mesh = plan(&file, &options).map_err(|error| match error {
         Error::Budget(error) => too_small(arguments, &error, options.mesh.packet),
         other => sim::refused(other, &options),
     })?;
+    let follows = arguments.block.is_none() && scene.stats.is_some();
+    let least = if follows { least(arguments, topology, mesh.least, block) } else { mesh.least };
     let (number, fullest) = fullest(&mesh)?;
 
     let within = MeshOptions { owned_in_arena: true, ..options.mesh };
@@ -48,6 +45,8 @@ pub(super) fn run(arguments: &args::Plan) -> Outcome {
         mesh: &mesh,
         number,
         node: &fullest,
+        least,
+        follows,
         owned,
         in_arena: match plan(&file, &in_arena) {
             Ok(_) => None,
@@ -60,8 +59,8 @@ pub(super) fn run(arguments: &args::Plan) -> Outcome {
         let value = json!({
             "version": env!("CARGO_PKG_VERSION"),
             "scene": scene.name,
-            "memory": arguments.memory,
-            "least": mesh.least,
+            "memory": memory,
+            "least": least,
             "nodes": mesh.nodes.len(),
             "topology": name,
             "node": number,
@@ -81,12 +80,49 @@ pub(super) fn run(arguments: &args::Plan) -> Outcome {
     if to_standard { Ok(()) } else { share.print(options.mesh.owned_in_arena) }
 }
 
+/// What the simulator would be told.
+fn options(arguments: &args::Plan, topology: Topology, scene: &Scene) -> Outcome<Options> {
+    let view = scene.choose_view(None)?;
+    let Bounds { width, height } =
+        Bounds::new(arguments.width, arguments.height, framing::aspect(&view))
+            .map_err(Failure::usage)?;
+    let mut divided = MeshOptions::new(width, height, topology);
+    divided.settings.bounces = arguments.bounces as u8;
+    divided.memory = usize::try_from(arguments.memory())
+        .map_err(|_| Failure::usage("--memory is more than can be addressed"))?;
+    let divided = division::with(divided, &arguments.mesh.division, &scene.file.view())?;
+    sim::on(divided, view, &arguments.mesh)
+}
+
+/// The least memory that works, where less of it has smaller blocks: that with `block`, or with the first smaller size that needs no more than it suits.
+fn least(arguments: &args::Plan, topology: Topology, with_block: usize, block: u32) -> usize {
+    let sizes = successors(Some(BLOCK_MIN), |size| size.checked_mul(2));
+    let mut above = 0;
+    for size in sizes.take_while(|&size| size < block) {
+        let with_size = scene::load(&arguments.scene, Some(size), size, true).and_then(|scene| {
+            let options = options(arguments, topology, &scene)?;
+            plan(&scene.file.view(), &options).map_err(Failure::new)
+        });
+        let suited = division::suited_by(size);
+        match with_size {
+            Ok(plan) if plan.least as u64 <= suited => return plan.least.max(above),
+            // Even all that there is may be too little.
+            _ => above = suited as usize + 1,
+        }
+    }
+    with_block.max(above)
+}
+
 /// What is told.
 struct Share<'a> {
     scene: &'a Scene,
     mesh: &'a MeshPlan,
     number: usize,
     node: &'a NodeShare,
+    /// The least memory with which it works.
+    least: usize,
+    /// The size of blocks follows from the memory.
+    follows: bool,
     owned: (u32, u32),
     /// With its own blocks in the arena as well: what a node then needs at least, where that is more than there is.
     in_arena: Option<usize>,
@@ -100,8 +136,10 @@ impl Share<'_> {
         line(format_args!("{budget}"))?;
         let nodes = self.mesh.nodes.len();
         line(format_args!(
-            "\nNode {} of {nodes}, which has the least room. At least {} bytes of memory are needed.",
-            self.number, self.mesh.least
+            "\nNode {} of {nodes}, which has the least room. At least {} bytes of memory are needed{}.",
+            self.number,
+            self.least,
+            if self.follows { "" } else { " with these blocks" },
         ))?;
         line(format_args!(
             "Tiles of {0} x {0} pixels; packets hold {1} bytes, a block takes {2} of them.",
@@ -127,7 +165,7 @@ impl Share<'_> {
                 "Its own blocks are read in place, and not counted here; with --owned-in-arena they fit too."
             ))?,
             Some(need) => line(format_args!(
-                "Its own blocks are read in place, and not counted here; with --owned-in-arena at least {need} bytes are needed."
+                "Its own blocks are read in place, and not counted here; with --owned-in-arena at least {need} bytes are needed, in blocks of this size."
             ))?,
         }
         if !owned_in_arena {

@@ -22,7 +22,7 @@ pub(super) fn run(arguments: &args::Plan) -> Outcome {
             bytes(ram),
             bytes(firmware::STATICS),
             bytes(firmware::STACK),
-            match arguments.memory {
+            match arguments.memory() {
                 0 => "nothing is left".into(),
                 left => format!("{} are left", bytes(left)),
             }

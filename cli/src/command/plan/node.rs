@@ -12,7 +12,7 @@ const TOGETHER: usize = size_of::<Neighbours>();
 pub(super) fn run(arguments: &args::Plan) -> Outcome {
     let json_out = arguments.json.as_deref().map(Output::create).transpose()?;
     let to_standard = arguments.json.as_deref() == Some("-".as_ref());
-    let memory = arguments.memory;
+    let memory = arguments.memory();
     let block = engine::default_block(Some(memory));
     let scene = scene::load(&arguments.scene, arguments.block, block, to_standard)?;
     scene.print_notes(to_standard);
