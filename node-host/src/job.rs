@@ -49,6 +49,14 @@ impl Job {
                 "tile = {tile}: a tile is 1 to {most} pixels wide"
             )));
         }
+        let block_bytes = file.limits().block_bytes;
+        let least = MeshOptions::packet_min(block_bytes);
+        if (1..least).contains(&mesh.packet) {
+            return Err(Error::Options(format!(
+                "packet = {}: blocks of {block_bytes} bytes need at least {least}",
+                mesh.packet
+            )));
+        }
         let nodes = u32::try_from(config.addresses.len()).unwrap_or(u32::MAX);
         let options = MeshOptions {
             settings: shade::Settings {

@@ -1,14 +1,20 @@
-use crate::{Error, Faults, Options, Profile, Rate, Slow};
+use kiloray_core::block::KiloView;
+
+use crate::{Error, Faults, MeshOptions, Options, Profile, Rate, Slow};
 
 /// Longest that an operation may take \[ns\]: a second.
 const LONGEST: f64 = 1e9;
 
 /// Whether the options can be.
-pub(crate) fn check(options: &Options) -> Result<(), Error> {
+pub(crate) fn check(file: &KiloView<'_>, options: &Options) -> Result<(), Error> {
     if options.link.bandwidth == 0 {
         return Err(Error::Bandwidth);
     }
     profile(&options.profile)?;
+    let (packet, least) = (options.mesh.packet, MeshOptions::packet_min(file.limits().block_bytes));
+    if (1..least).contains(&packet) {
+        return Err(Error::Packet { packet, least });
+    }
     let nodes = options.mesh.topology.nodes();
     let Faults { loss, duplicate, slow, crashes, .. } = &options.faults;
     for Rate { count, of } in [*loss, *duplicate] {

@@ -24,7 +24,7 @@ pub enum Error {
         /// Why.
         cause: std::io::Error,
     },
-    /// A packet holds no message.
+    /// A packet holds no ray, or too small a part of a block.
     #[error("packets of {packet} bytes are too small: at least {least} are needed")]
     Packet {
         /// What was asked for \[bytes\].

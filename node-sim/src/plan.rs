@@ -32,7 +32,7 @@ pub struct NodeShare {
 /// # Errors
 /// [`Error`]: for what cannot begin.
 pub fn plan(file: &KiloView<'_>, options: &Options) -> Result<MeshPlan, Error> {
-    check(options)?;
+    check(file, options)?;
     let (least, short) = least(file, options)?;
     let layout = layout(file, options).map_err(|error| match short {
         // What is needed in the end: the next node may need more than the first that has too little.

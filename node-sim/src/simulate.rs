@@ -42,7 +42,7 @@ pub fn simulate(
     options: &Options,
     control: &Control<'_>,
 ) -> Result<Outcome, Error> {
-    check(options)?;
+    check(file, options)?;
     let (width, height) = (options.mesh.width, options.mesh.height);
     let samples = options.mesh.settings.samples;
     let camera = camera(&options.view, width, height, samples)?;

@@ -428,6 +428,8 @@ fn what_cannot_be_is_refused() {
     let message = refused(&|o| o.mesh.memory = 1000);
     assert!(message.contains("needs") && message.contains("messages"), "{message}");
     assert!(refused(&|o| o.mesh.width = 0).contains("0 × 20"));
+    let packet = refused(&|o| o.mesh.packet = MeshOptions::packet_min(4096) - 1);
+    assert!(packet.contains("279 bytes") && packet.contains("at least 280"), "{packet}");
     assert!(refused(&|o| o.view.up = [0.0; 3]).contains("view"));
     assert!(refused(&|o| o.link.bandwidth = 0).contains("bandwidth"));
     assert!(refused(&|o| o.faults.loss = Rate { count: 2, of: 1 }).contains("2 in 1"));

@@ -2,11 +2,12 @@ use std::{fmt, path::PathBuf, str::FromStr};
 
 use clap::{ArgMatches, Args, ValueEnum, ValueHint, parser::ValueSource};
 use kiloray_core::{network::NODES_MAX, node::Prefetch, render::Tiling};
+use kiloray_render::MeshOptions;
 use serde::Serialize;
 
 use super::{
     Division,
-    options::whole,
+    options::{BLOCK_MIN, whole},
     size::parse_bytes,
     units::{Part, parse_link_time, parse_part, parse_rate, parse_time},
 };
@@ -230,8 +231,10 @@ pub(super) fn replicas(text: &str) -> Result<u32, String> {
 
 pub(super) fn packet(text: &str) -> Result<u32, String> {
     let bytes = parse_bytes(text)?;
-    let fits = (128..=u64::from(u16::MAX)).contains(&bytes);
-    if fits { Ok(bytes as u32) } else { Err(format!("a packet has 128B to {}B", u16::MAX)) }
+    // Great blocks need more: their size is known later.
+    let least = MeshOptions::packet_min(BLOCK_MIN as usize);
+    let fits = (least.into()..=u64::from(u16::MAX)).contains(&bytes);
+    if fits { Ok(bytes as u32) } else { Err(format!("a packet has {least}B to {}B", u16::MAX)) }
 }
 
 #[cfg(test)]

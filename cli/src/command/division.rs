@@ -56,7 +56,9 @@ pub(super) fn with(
     division: &Division,
     file: &KiloView<'_>,
 ) -> Outcome<MeshOptions> {
-    options.packet = division.packet.map_or(options.packet, |packet| packet as u16);
+    if let Some(packet) = division.packet {
+        options.packet = self::packet(packet as u16, file)?;
+    }
     options.schedule = division.schedule;
     options.shadow = division.shadow.unwrap_or(options.shadow);
     options.points = division.points.unwrap_or(options.points);
@@ -76,6 +78,20 @@ pub(super) fn with(
         options.top = Some(limited(placement, rom, block_bytes, division.top.is_some())?.top);
     }
     Ok(options)
+}
+
+/// A packet in which a block can be sent.
+fn packet(packet: u16, file: &KiloView<'_>) -> Outcome<u16> {
+    let block_bytes = file.header().block_bytes;
+    let least = MeshOptions::packet_min(block_bytes as usize);
+    if packet < least {
+        return Err(Failure::usage(format_args!(
+            "--packet {}: blocks of {} need at least {least}B",
+            typed(packet.into()),
+            typed(block_bytes.into()),
+        )));
+    }
+    Ok(packet)
 }
 
 /// The same blocks on nodes whose read-only memory has so many bytes; less of the tree's top lies with all of them if it must be, unless its size was said.

@@ -7,10 +7,10 @@ use kiloray_core::{
     shade::Settings,
     store::{BudgetError, Line},
 };
-use kiloray_render::{Control, Error, Lanes, Options, Rendered, framing};
+use kiloray_render::{Control, Error, Lanes, MeshOptions, Options, Rendered, framing};
 
 use crate::{
-    args::{Bounds, Common},
+    args::{BLOCK_MIN, Bounds, Common},
     console::{bytes, count},
     failure::{Failure, Outcome},
     memory,
@@ -20,9 +20,6 @@ use crate::{
 
 /// Nobody sets it: an interrupt ends the command.
 static CANCEL: AtomicBool = AtomicBool::new(false);
-
-/// Packets of less have buffers of this size all the same.
-const PACKET_LEAST: u16 = 256;
 
 /// Size of a block of a node that is alone, where nothing is said: small for small memories, as small blocks leave frames for more of them.
 pub(super) fn default_block(memory: Option<u64>) -> u32 {
@@ -88,8 +85,9 @@ pub(super) fn too_small(error: &BudgetError, packet: u16) -> Failure {
     // What takes most of what is needed tells how it could be less.
     let most = error.lines().max_by_key(|line| line.need).map(|line| line.line);
     let has_frames = error.lines().any(|line| line.line == Line::Frames && line.need > 0);
+    let packet_min = MeshOptions::packet_min(BLOCK_MIN as usize);
     let advice = match most {
-        Some(Line::Messages) if packet > PACKET_LEAST => "smaller packets with --packet",
+        Some(Line::Messages) if packet > packet_min => "smaller packets with --packet",
         // Without frames smaller blocks take as much.
         Some(Line::Messages) if !has_frames => "a --topology with fewer links",
         Some(Line::Tile) => "smaller tiles with --tile",

@@ -180,6 +180,19 @@ fn a_node_whose_host_has_gone_says_so() {
 }
 
 #[test]
+fn packets_in_which_no_block_can_be_sent_are_refused() {
+    let folder = Folder::new();
+    let text = pair(&folder);
+    assert!(text.contains("packet = 0"), "{text}");
+    folder.file("mesh.toml", text.replace("packet = 0", "packet = 128"));
+    let words = ["packet = 128: blocks of 1024 bytes need at least 280"];
+    folder.run("host --config mesh.toml").refused(2, &words);
+    folder.run("node --config mesh.toml --node 0").refused(2, &words);
+    let typed = folder.run("host cornell --block 64KiB --nodes 2 --packet 400B");
+    typed.refused(2, &["--packet 400B: blocks of 64KiB need at least 600B"]);
+}
+
+#[test]
 fn what_would_be_open_to_all_is_refused() {
     let folder = Folder::new();
     folder.run("compile cornell --block 1KiB -o scene.kilo").done();

@@ -120,6 +120,7 @@ fn what_cannot_be_is_refused() {
         ("--topology star", "unknown topology"),
         ("--nodes 4 --block-replicas 5", "at most 4 copies"),
         ("--nodes 12 --topology hypercube", "power of two"),
+        ("--nodes 4 --block 64KiB --packet 599B", "at least 600B"),
     ] {
         folder.run(&format!("plan cornell {options}")).refused(2, &[part]);
     }

@@ -179,7 +179,9 @@ fn senseless_meshes_are_refused_in_one_line() {
         ("--slow 1:0", "5:10"),
         ("--slow 1:2,1:3 --nodes 2", "two factors"),
         ("--block-replicas 9 --nodes 4", "at most 4"),
-        ("--packet 10", "128B"),
+        ("--packet 128B", "280B to 65535B"),
+        ("--packet 279B", "280B"),
+        ("--packet 400B --block 64KiB", "--packet 400B: blocks of 64KiB need at least 600B"),
         ("--packet 64KiB", "65535B"),
         ("--link-bandwidth fast", "1GB/s"),
         ("--link-latency 1000000s", "0 to 10s"),
@@ -198,7 +200,7 @@ fn senseless_meshes_are_refused_in_one_line() {
         ("--memory 64KiB --packet 63KiB", "messages"),
         ("--memory 64KiB --packet 63KiB", "give more, or smaller packets with --packet"),
         ("--memory 4KiB --topology full", "give more, or a --topology with fewer links"),
-        ("--memory 4KiB --packet 256B", "give more, or a --topology with fewer links"),
+        ("--memory 4KiB --packet 280B", "give more, or a --topology with fewer links"),
         ("--trace nowhere/t.json", "nowhere"),
     ] {
         folder.run(&format!("sim cornell {SMALL} --nodes 4 {line}")).refused(1, &[part]);

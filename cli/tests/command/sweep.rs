@@ -159,6 +159,7 @@ fn senseless_sweeps_are_refused_in_one_line() {
         ("--over nodes=1 --over nodes=2", "twice"),
         ("--over memory=banana", "64KiB"),
         ("--over schedule=hybrid,fast", "demand"),
+        ("--over packet=128B,512B", "280B"),
         ("--over nodes=1,2 --report page", "-o"),
         (
             "--over seed=1..1024 --over samples=1..1024 --over bounces=0,1,2,3 --over nodes=1..32768 --over memory=1KiB..1GiB",

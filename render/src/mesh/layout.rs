@@ -81,6 +81,13 @@ impl MeshOptions {
         }
     }
 
+    /// The least [`packet`](Self::packet) with which blocks of a size can be sent \[bytes\]; less would be taken as this.
+    #[must_use]
+    pub fn packet_min(block_bytes: usize) -> u16 {
+        let packet = NodePlan::packet_min(block_bytes) + PacketHeader::BYTES;
+        u16::try_from(packet).unwrap_or(u16::MAX)
+    }
+
     /// Which node owns which blocks of a scene.
     #[must_use]
     pub fn placement(&self, file: &KiloView<'_>) -> Placement {
