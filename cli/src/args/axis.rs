@@ -112,7 +112,7 @@ pub(crate) fn scale(unit: &str) -> Result<f64, String> {
 }
 
 /// Options of `sim` that an axis can be.
-fn axes() -> Vec<String> {
+pub(crate) fn axes() -> Vec<String> {
     let command = Arguments::command();
     let Some(sim) = command.find_subcommand("sim") else { return Vec::new() };
     sim.get_arguments()

@@ -13,7 +13,7 @@ mod units;
 
 use std::path::PathBuf;
 
-pub(crate) use axis::{Axis, point, scale};
+pub(crate) use axis::{Axis, axes, point, scale};
 use choice::choice;
 use clap::{Args, Parser, Subcommand, ValueEnum, ValueHint};
 pub(crate) use division::Division;

@@ -85,6 +85,29 @@ fn one_option_at_a_time_has_plots_for_each() {
 }
 
 #[test]
+fn plots_of_an_older_sweep_go() {
+    let folder = Folder::new();
+    let sweep = |over: &str| {
+        folder.run(&format!("sweep cornell {over} --nodes 4 {SMALL} -o out")).done();
+        let mut names: Vec<_> = fs::read_dir(folder.path().join("out"))
+            .unwrap()
+            .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+            .collect();
+        names.sort();
+        names
+    };
+    let first = sweep("--over schedule=hybrid,data");
+    assert!(first.contains(&"speed-up.svg".to_owned()), "{first:?}");
+    folder.file("out/mine.svg", "no plot");
+    let each = sweep("--each --over prefetch=0,all");
+    assert!(each.contains(&"prefetch-speed-up.svg".to_owned()), "{each:?}");
+    assert!(each.contains(&"mine.svg".to_owned()) && !each.contains(&"speed-up.svg".to_owned()));
+    let mut again = sweep("--over schedule=hybrid,data");
+    again.retain(|name| name != "mine.svg");
+    assert_eq!(again, first);
+}
+
+#[test]
 fn a_point_that_fails_stops_no_other() {
     let folder = Folder::new();
     let line =

@@ -8,6 +8,7 @@ mod table;
 
 use std::{
     collections::BTreeMap,
+    fs,
     path::Path,
     sync::atomic::{AtomicU64, Ordering},
 };
@@ -221,8 +222,16 @@ fn one(job: &Job<'_>) -> Ended {
 fn write(files: Files, sweep: &args::Sweep, rows: &[Row], folder: &Path) -> Outcome {
     files.csv.write(table::csv(sweep, rows).as_bytes())?;
     let plots = plots::of_sweep(sweep, rows);
-    for plot in plots.iter().flat_map(|(_, plots)| plots) {
-        let path = folder.join(format!("{}.svg", plot.name));
+    let drawn = || plots.iter().flat_map(|(_, plots)| plots);
+    // Those of an older sweep would stand among the new ones.
+    for name in plots::names().filter(|name| drawn().all(|plot| plot.name != *name)) {
+        let path = folder.join(plots::file(&name));
+        if path.is_file() {
+            fs::remove_file(&path).map_err(|error| Failure::io(&path, &error))?;
+        }
+    }
+    for plot in drawn() {
+        let path = folder.join(plots::file(&plot.name));
         Output::create(&path)?.write(plot.svg(true).as_bytes())?;
     }
     files.page.write(page::page(sweep, rows, &plots).as_bytes())?;

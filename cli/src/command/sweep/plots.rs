@@ -1,6 +1,6 @@
 use super::table::Row;
 use crate::{
-    args::{Axis, Sweep},
+    args::{Axis, Sweep, axes},
     chart::{Line, Lines, Mark, Scale},
 };
 
@@ -47,6 +47,21 @@ impl Plot {
     }
 }
 
+/// What plots of any sweep can be called: of all combinations, and over one option at a time.
+pub(super) fn names() -> impl Iterator<Item = String> {
+    let heads = std::iter::once(None).chain(axes().into_iter().map(Some));
+    heads.flat_map(|over| FIGURES.map(|(figure, ..)| name(over.as_deref(), figure)))
+}
+
+fn name(over: Option<&str>, figure: &str) -> String {
+    over.map_or_else(|| figure.to_owned(), |option| format!("{option}-{figure}"))
+}
+
+/// The file of a plot.
+pub(super) fn file(name: &str) -> String {
+    format!("{name}.svg")
+}
+
 /// All plots, under what they are over where that is not the same for all.
 pub(super) fn of_sweep(sweep: &Sweep, rows: &[Row]) -> Vec<(String, Vec<Plot>)> {
     if !sweep.each {
@@ -56,7 +71,7 @@ pub(super) fn of_sweep(sweep: &Sweep, rows: &[Row]) -> Vec<(String, Vec<Plot>)> 
         let rows: Vec<_> = rows.iter().filter_map(|row| row.of_axis(&axis.option)).collect();
         let mut plots = plots(std::slice::from_ref(axis), &rows);
         for plot in &mut plots {
-            plot.name = format!("{}-{}", axis.option, plot.name);
+            plot.name = name(Some(&axis.option), &plot.name);
         }
         (axis.option.clone(), plots)
     };
@@ -166,10 +181,14 @@ fn is_wide(numbers: impl Iterator<Item = f64> + Clone) -> bool {
     least > 0.0 && numbers.fold(0.0, f64::max) >= 4.0 * least
 }
 
-/// The values as numbers in the unit of the first; `None` if one is no number.
+/// The values as numbers in the unit of the first; `None` if one is no number, or some count blocks and some bytes.
 fn numbers(axis: &Axis) -> Option<(Vec<f64>, String)> {
     let parsed: Option<Vec<_>> = axis.values.iter().map(|value| number(value)).collect();
     let parsed = parsed?;
+    let counts = parsed.iter().filter(|(_, unit)| unit.is_empty()).count();
+    if axis.option == "top" && (1..parsed.len()).contains(&counts) {
+        return None;
+    }
     let unit = parsed.iter().map(|(_, unit)| *unit).find(|unit| !unit.is_empty()).unwrap_or("");
     let of = |unit| crate::args::scale(unit).ok();
     let first = of(unit)?;
@@ -203,6 +222,9 @@ mod tests {
             scale(&axis("memory=64KiB..256KiB,1MiB")),
             (Scale::Doubling, vec![64.0, 128.0, 256.0, 1024.0], "KiB".into())
         );
+        assert_eq!(scale(&axis("top=16KiB,32KiB")), (Scale::Even, vec![16.0, 32.0], "KiB".into()));
+        let (names, ..) = scale(&axis("top=4,16KiB"));
+        assert_eq!(names, Scale::Names(vec!["4".into(), "16KiB".into()]));
         assert_eq!(scale(&axis("loss=0,1/100")), (Scale::Even, vec![0.0, 0.01], String::new()));
         let (names, places, _) = scale(&axis("prefetch=0,4,all"));
         assert_eq!(names, Scale::Names(vec!["0".into(), "4".into(), "all".into()]));
