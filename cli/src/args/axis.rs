@@ -1,4 +1,4 @@
-use std::{ffi::OsString, str::FromStr};
+use std::{ffi::OsString, fmt, str::FromStr};
 
 use clap::{ArgMatches, CommandFactory, parser::ValueSource};
 use serde::Serialize;
@@ -10,6 +10,9 @@ use crate::failure::{Failure, Outcome};
 const VALUES_MAX: usize = 1000;
 /// What a point of a sweep has not: they belong to the whole.
 const OF_THE_WHOLE: [&str; 7] = ["over", "each", "output", "json", "report", "trace", "quiet"];
+
+/// What all points of a sweep can be given, and would not differ by: they share the threads, and write no picture.
+const THE_SAME: [&str; 2] = ["threads", "exposure"];
 
 /// An option that a sweep varies.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
@@ -64,33 +67,67 @@ pub(super) fn usual() -> Vec<Axis> {
     axes.iter().filter_map(|axis| axis.parse().ok()).collect()
 }
 
-/// `1..256`, `16KiB..1MiB`, `100MB/s..2GB/s`: doubled until the last, which is one of them.
+/// `1..256`, `16KiB..1MiB`, `0.5MB/s..2GB/s`: doubled until the last, which is one of them.
 fn doubling(first: &str, last: &str) -> Result<Vec<String>, String> {
     let wrong = || {
         format!(
-            "'{first}..{last}' is no range; write two whole numbers, as in 1..256 or 16KiB..256KiB"
+            "'{first}..{last}' is no range; write two numbers, as in 1..256, 16KiB..256KiB or 0.5..8ms"
         )
     };
-    let split = |text: &str| {
-        let digits = text.bytes().take_while(u8::is_ascii_digit).count();
-        let (number, unit) = text.split_at(digits);
-        number.parse::<u64>().ok().map(|n| (n, unit.to_owned())).ok_or_else(wrong)
-    };
-    let ((first_n, first_unit), (last_n, last_unit)) = (split(first)?, split(last)?);
+    let (start, end) =
+        (Amount::new(first).ok_or_else(wrong)?, Amount::new(last).ok_or_else(wrong)?);
     // 16..256KiB: the unit of both.
-    let first_unit = if first_unit.is_empty() { last_unit.clone() } else { first_unit };
-    let (start, end) = (first_n as f64 * scale(&first_unit)?, last_n as f64 * scale(&last_unit)?);
-    if start <= 0.0 || start > end {
+    let start = if start.unit.is_empty() { Amount { unit: end.unit, ..start } } else { start };
+    let (first_steps, last_steps) = (start.steps()?, end.steps()?);
+    if first_steps == 0 || first_steps > last_steps {
         return Err(format!("'{first}..{last}': a range doubles, from above 0 upwards"));
     }
-    let steps = (end / start).log2().floor() as u32;
-    let mut values: Vec<_> = (0..=steps.min(VALUES_MAX as u32))
-        .map(|k| (start * f64::from(k).exp2(), format!("{}{first_unit}", first_n << k.min(40))))
+    let doublings = (last_steps / first_steps).ilog2();
+    let mut values: Vec<_> = (0..=doublings)
+        .map(|k| Amount { billionths: start.billionths << k, ..start }.to_string())
         .collect();
-    if values.last().is_some_and(|(value, _)| *value < end) {
-        values.push((end, format!("{last_n}{last_unit}")));
+    if first_steps << doublings < last_steps {
+        values.push(end.to_string());
     }
-    Ok(values.into_iter().map(|(_, text)| text).collect())
+    Ok(values)
+}
+
+/// A number and its unit, exactly.
+#[derive(Clone, Copy)]
+struct Amount<'a> {
+    /// As great as 64 bits and nine decimals make it, so that no product with a unit overflows.
+    billionths: u128,
+    unit: &'a str,
+}
+
+impl<'a> Amount<'a> {
+    const DECIMALS: usize = 9;
+
+    fn new(text: &'a str) -> Option<Self> {
+        let end = text.bytes().take_while(|b| b.is_ascii_digit() || *b == b'.').count();
+        let (number, unit) = text.split_at(end);
+        let (whole, part) = number.split_once('.').unwrap_or((number, "0"));
+        if part.is_empty() || part.len() > Self::DECIMALS {
+            return None;
+        }
+        let part: u128 = format!("{part:0<width$}", width = Self::DECIMALS).parse().ok()?;
+        let whole = u128::from(whole.parse::<u64>().ok()?);
+        Some(Self { billionths: whole * 10_u128.pow(Self::DECIMALS as u32) + part, unit })
+    }
+
+    /// In billionths of the first unit of its kind.
+    fn steps(self) -> Result<u128, String> {
+        Ok(self.billionths * scale(self.unit)? as u128)
+    }
+}
+
+impl fmt::Display for Amount<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let one = 10_u128.pow(Self::DECIMALS as u32);
+        let (whole, part) = (self.billionths / one, self.billionths % one);
+        let decimals = format!(".{part:0width$}", width = Self::DECIMALS);
+        write!(f, "{whole}{}{}", decimals.trim_end_matches('0').trim_end_matches('.'), self.unit)
+    }
 }
 
 /// How much a unit is of the first one of its kind.
@@ -116,7 +153,7 @@ pub(crate) fn axes() -> Vec<String> {
     let command = Arguments::command();
     let Some(sim) = command.find_subcommand("sim") else { return Vec::new() };
     sim.get_arguments()
-        .filter(|arg| !OF_THE_WHOLE.contains(&arg.get_id().as_str()))
+        .filter(|arg| !OF_THE_WHOLE.iter().chain(&THE_SAME).any(|id| arg.get_id() == id))
         .filter(|arg| arg.get_action().takes_values())
         .filter_map(|arg| arg.get_long().map(str::to_owned))
         .collect()
@@ -149,14 +186,21 @@ pub(super) fn typed(matches: &ArgMatches) -> Vec<OsString> {
     words
 }
 
-/// The `sim` command of a point: what was typed, and a value for each axis.
+/// The `sim` command of a point: what was typed of other options, and a value for each axis.
 pub(crate) fn point(typed: &[OsString], values: &[(&str, &str)]) -> Outcome<Sim> {
     let command = ["kiloray", "sim"].map(OsString::from);
     let axes = values.iter().map(|(option, value)| OsString::from(format!("--{option}={value}")));
-    // The axes first would lose against what is typed: the last one given wins.
+    let varied: Vec<_> = values.iter().map(|(option, _)| format!("--{option}=")).collect();
+    // Of most options the last one given wins, some gather all.
+    let is_varied = |word: &OsString| {
+        varied.iter().any(|begin| word.as_encoded_bytes().starts_with(begin.as_bytes()))
+    };
     let end = typed.iter().position(|word| word == "--").unwrap_or(typed.len());
     let (options, scenes) = typed.split_at(end);
-    let words = command.into_iter().chain(options.iter().cloned()).chain(axes);
+    let words = command
+        .into_iter()
+        .chain(options.iter().filter(|word| !is_varied(word)).cloned())
+        .chain(axes);
     match parse(words.chain(scenes.iter().cloned()))?.command {
         Some(Command::Sim(sim)) => Ok(*sim),
         _ => Err(Failure::new("a point is no simulation")),
@@ -183,7 +227,20 @@ mod tests {
         assert_eq!(of("link-bandwidth=500MB/s..2GB/s"), "500MB/s 1000MB/s 2000MB/s");
         assert_eq!(of("link-bandwidth=1Mbit/s..1MB/s"), "1Mbit/s 2Mbit/s 4Mbit/s 8Mbit/s");
         assert_eq!(of("link-latency=1µs..4µs"), "1µs 2µs 4µs");
+        assert_eq!(of("link-bandwidth=0.5MB/s..2MB/s"), "0.5MB/s 1MB/s 2MB/s");
+        assert_eq!(of("link-latency=1.25us..4us"), "1.25us 2.5us 4us");
+        assert_eq!(of("loss=0.001..0.006"), "0.001 0.002 0.004 0.006");
         assert_eq!(of("schedule=hybrid,demand,data"), "hybrid demand data");
+    }
+
+    #[test]
+    fn ranges_reach_as_far_as_numbers_do() {
+        let most = format!("seed=1..{}", u64::MAX);
+        let seeds = values(&most).unwrap();
+        assert_eq!(seeds.len(), 65);
+        assert_eq!(seeds[63..], [(1_u64 << 63).to_string(), u64::MAX.to_string()]);
+        let odd = (1_u64 << 63) - 1;
+        assert_eq!(values(&format!("seed=1..{odd}")).unwrap().last(), Some(&odd.to_string()));
     }
 
     #[test]
@@ -207,6 +264,12 @@ mod tests {
             "banana=1",
             "nodes=1,1",
             "memory=1KiB..1parsec",
+            "link-bandwidth=.5MB/s..2MB/s",
+            "link-bandwidth=0.5.1MB/s..2MB/s",
+            "link-bandwidth=1.MB/s..2MB/s",
+            "seed=1..18446744073709551616",
+            "threads=1,2",
+            "exposure=0,1",
             "quiet=1",
         ] {
             assert!(values(text).is_err(), "{text}");

@@ -143,12 +143,12 @@ Examples:
   kiloray sweep sinc:500 --over memory=64KiB..1MiB --over prefetch=0,4,all -o caches
   kiloray sweep cornell --over link-bandwidth=1MB/s..1GB/s --samples 4 --width 128
 
-Any option of 'kiloray sim' can be an axis, by its name; what is not varied is given as for 'sim'.
-Lists and ranges mix: nodes=1..16,24,32. A range doubles. All combinations are simulated, on all
-cores, or with --each one option at a time, with a row of plots for each; the order of the table
-is that of the axes, whatever was done first. The first axis with
-numbers is across in the plots, the others make a line each. A point that fails has its error in
-the table and does not stop the others.";
+Any option of 'kiloray sim' that changes a run can be an axis, by its name; what is not varied is
+given as for 'sim'. Lists and ranges mix: nodes=1..16,24,32. A range doubles. All combinations are
+simulated, on all cores, or with --each one option at a time, with a row of plots for each; the
+order of the table is that of the axes, whatever was done first. The first axis with numbers is
+across in the plots, the others make a line each. A point that fails has its error in the table and
+does not stop the others.";
 
 pub(super) const COMPILE: &str = "\
 Examples:

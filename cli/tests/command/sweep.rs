@@ -108,6 +108,17 @@ fn plots_of_an_older_sweep_go() {
 }
 
 #[test]
+fn an_axis_takes_the_place_of_what_was_typed_of_its_option() {
+    let folder = Folder::new();
+    let line = "sweep cornell --slow 1:2 --over slow=1:3,0:2 --nodes 2 --no-baseline --json -";
+    let out = folder.run(&format!("{line} {SMALL}")).done().out();
+    let all: serde_json::Value = serde_json::from_str(&out).unwrap();
+    let slow = |point: usize| all[point]["run"]["options"]["slow"].clone();
+    let one = |node: u16, factor: f64| serde_json::json!([{ "node": node, "factor": factor }]);
+    assert_eq!([slow(0), slow(1)], [one(1, 3.0), one(0, 2.0)]);
+}
+
+#[test]
 fn a_point_that_fails_stops_no_other() {
     let folder = Folder::new();
     let line =
@@ -183,6 +194,8 @@ fn senseless_sweeps_are_refused_in_one_line() {
         ("--over memory=banana", "64KiB"),
         ("--over schedule=hybrid,fast", "demand"),
         ("--over packet=128B,512B", "280B"),
+        ("--over threads=1,2", "'threads' is no option to vary"),
+        ("--over exposure=0,1", "'exposure' is no option to vary"),
         ("--over nodes=1,2 --report page", "-o"),
         (
             "--over seed=1..1024 --over samples=1..1024 --over bounces=0,1,2,3 --over nodes=1..32768 --over memory=1KiB..1GiB",
