@@ -114,7 +114,7 @@ impl Division {
 /// Nodes by the sizes after the name of a grid.
 fn product(name: &str) -> Option<u32> {
     let (_, sizes) = name.split_once(':').filter(|(name, _)| matches!(*name, "mesh" | "torus"))?;
-    sizes.split('x').try_fold(1_u32, |n, size| n.checked_mul(size.parse().ok()?))
+    sizes.split('x').try_fold(1_u32, |n, size| Some(n.saturating_mul(size.parse().ok()?)))
 }
 
 #[cfg(test)]
@@ -144,6 +144,12 @@ mod tests {
         assert!(told.starts_with("--topology ring:5 for 9 nodes: bad sizes"), "{told}");
         assert!(error(&["--nodes", "5", "--topology", "hypercube"]).contains("for 5 nodes"));
         assert!(!error(&["--topology", "disc"]).contains("--nodes"));
+        for name in
+            ["mesh:300x300", "mesh:70000x70000", "torus:60000x60000x60000", "mesh:9999999999x2"]
+        {
+            let told = error(&["--topology", name]);
+            assert_eq!(told, format!("--topology {name}: a mesh has 1 to 32768 nodes"));
+        }
     }
 
     #[test]

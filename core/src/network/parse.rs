@@ -1,4 +1,4 @@
-use core::fmt;
+use core::{fmt, num::IntErrorKind};
 
 use super::{DIMENSIONS_MAX, Grid, NODES_MAX, Topology};
 
@@ -75,7 +75,10 @@ impl Topology {
             }
             "tree" => {
                 let arity = match sizes {
-                    Some(sizes) => size(sizes)?,
+                    Some(arity) => match size(arity) {
+                        Err(TopologyError::Count) => u16::MAX,
+                        arity => arity?,
+                    },
                     None => 2,
                 };
                 // More children than there are nodes would be ports that nothing is joined to.
@@ -97,8 +100,14 @@ impl Topology {
     }
 }
 
+/// A size, or a number of children: [`TopologyError::Count`] for one that is greater than any.
 fn size(text: &str) -> Result<u16, TopologyError> {
-    text.parse().ok().filter(|&s: &u16| s > 0).ok_or(TopologyError::BadSizes)
+    match text.parse() {
+        Ok(0) => Err(TopologyError::BadSizes),
+        Ok(size) => Ok(size),
+        Err(error) if *error.kind() == IntErrorKind::PosOverflow => Err(TopologyError::Count),
+        Err(_) => Err(TopologyError::BadSizes),
+    }
 }
 
 fn parse_grid(text: &str, nodes: u32, wrap: bool) -> Result<Topology, TopologyError> {
@@ -147,6 +156,7 @@ mod tests {
         tree("tree:3", 9, 3);
         tree("tree:8", 9, 8);
         tree("tree:65535", 9, 8);
+        tree("tree:70000", 9, 8);
         tree("tree", 1, 1);
     }
 
@@ -157,7 +167,8 @@ mod tests {
             ("torus:8x8", 63, E::OtherCount { sizes: 64, nodes: 63 }),
             ("torus:8x", 8, E::BadSizes),
             ("mesh:0x4", 4, E::BadSizes),
-            ("mesh:99999999x99999999", 4, E::BadSizes),
+            ("mesh:99999999x99999999", 4, E::Count),
+            ("mesh:70000x70000", 64, E::Count),
             ("mesh:1x1x1x1x1x1x1x1x1x1x1x1x1x1x1x1", 1, E::BadSizes),
             ("ring:4", 4, E::BadSizes),
             ("tree:0", 4, E::BadSizes),
