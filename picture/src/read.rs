@@ -41,11 +41,17 @@ pub fn read(bytes: &[u8], pixels_max: u64) -> Result<Picture, Error> {
         exr_file::read(bytes, pixels_max)
     } else if bytes.starts_with(b"#?") {
         rgbe::read(bytes, pixels_max)
-    } else if bytes.starts_with(b"\x89PNG") {
+    } else if is_png(bytes) {
         png_file::read(bytes, pixels_max)
     } else {
         Err(Error::Unknown)
     }
+}
+
+/// Whether a file begins as a PNG does: a picture for the eye, where the others hold radiance.
+#[must_use]
+pub fn is_png(bytes: &[u8]) -> bool {
+    bytes.starts_with(b"\x89PNG")
 }
 
 /// A black picture, if it may be so large.

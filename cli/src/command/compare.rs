@@ -4,9 +4,9 @@ use crate::{
     args,
     compare::{Measures, bright, false_colour, measure, relative_errors, smooth},
     console::line,
-    failure::{Failure, Outcome},
+    failure::{self, Failure, Outcome},
     output::Output,
-    picture::{self, Format, Picture},
+    picture::{self, Format, Picture, Read},
 };
 
 /// Measures and prints.
@@ -23,14 +23,22 @@ pub(super) fn run(arguments: &args::Compare) -> Outcome {
     };
     let json_out = arguments.json.as_deref().map(Output::create).transpose()?;
 
-    let reference = picture::read(&arguments.reference)?;
+    let Read { picture: reference, is_png } = picture::read(&arguments.reference)?;
     let image = same_size(arguments, &reference, &arguments.image)?;
+    if is_png != image.is_png && !arguments.quiet {
+        let png = if is_png { &arguments.reference } else { &arguments.image };
+        failure::warn(&format!(
+            "{}: a PNG is made for the eye, by an exposure and a curve; beside linear radiance its measures say little: compare .exr or .hdr",
+            png.display()
+        ));
+    }
+    let image = image.picture;
     let everywhere = vec![true; reference.pixels.len()];
     let mut rows = vec![("all", measure(&reference, &image, &everywhere))];
     let smooth = smooth(&reference, arguments.edge);
     rows.push(("smooth", measure(&reference, &image, &smooth)));
     if let Some(path) = &arguments.mask {
-        let mask = bright(&same_size(arguments, &reference, path)?);
+        let mask = bright(&same_size(arguments, &reference, path)?.picture);
         let measures = measure(&reference, &image, &mask);
         if measures.is_none() {
             return Err(Failure::file(path, "no pixel of the mask is brighter than one half"));
@@ -78,10 +86,11 @@ fn same_size(
     arguments: &args::Compare,
     reference: &Picture,
     path: &std::path::Path,
-) -> Outcome<Picture> {
-    let image = picture::read(path)?;
+) -> Outcome<Read> {
+    let read = picture::read(path)?;
+    let image = &read.picture;
     if (image.width, image.height) == (reference.width, reference.height) {
-        return Ok(image);
+        return Ok(read);
     }
     Err(Failure::file(
         path,

@@ -6,7 +6,7 @@ mod tone;
 mod write;
 
 pub(crate) use hash::hash;
-pub(crate) use read::read;
+pub(crate) use read::{Read, read};
 pub(crate) use tone::{auto_exposure, tone_mapped};
 pub(crate) use write::{Format, png_bytes, save};
 

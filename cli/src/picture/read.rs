@@ -11,8 +11,18 @@ const PIXELS_MAX: u64 = 1 << 28;
 /// Greatest file: so many pixels in a format that does not compress them, and what stands before them.
 const BYTES_MAX: u64 = PIXELS_MAX * 16;
 
-/// Reads a picture as linear RGB: `.exr`, `.hdr` and `.pic`, or `.png`, which is taken as sRGB.
-pub(crate) fn read(path: &Path) -> Outcome<Picture> {
+/// A picture of a file.
+pub(crate) struct Read {
+    /// As linear RGB.
+    pub(crate) picture: Picture,
+    /// It was made for the eye.
+    pub(crate) is_png: bool,
+}
+
+/// Reads a picture: `.exr`, `.hdr` and `.pic`, or `.png`, which is taken as sRGB.
+pub(crate) fn read(path: &Path) -> Outcome<Read> {
     let bytes = input::read(path, BYTES_MAX)?;
-    kiloray_picture::read(&bytes, PIXELS_MAX).map_err(|error| Failure::file(path, error))
+    let picture = kiloray_picture::read(&bytes, PIXELS_MAX);
+    let picture = picture.map_err(|error| Failure::file(path, error))?;
+    Ok(Read { picture, is_png: kiloray_picture::is_png(&bytes) })
 }

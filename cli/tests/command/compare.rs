@@ -92,6 +92,22 @@ fn the_difference_shows_where_it_is() {
 }
 
 #[test]
+fn a_picture_for_the_eye_beside_radiance_is_noted() {
+    let folder = Folder::new();
+    let (reference, image) = (data("reference.exr"), data("image.exr"));
+    folder.run(&format!("compare {reference} {image} -o d.png --quiet")).done();
+    let notes = |pair: &str| folder.run(&format!("compare {pair}")).done().err();
+    for pair in [format!("{reference} d.png"), format!("d.png {image}")] {
+        let told = notes(&pair);
+        assert!(told.starts_with("note: d.png: a PNG is made for the eye"), "{pair}: {told}");
+    }
+    for pair in ["d.png d.png".into(), format!("{reference} {image} --mask d.png")] {
+        assert_eq!(notes(&pair), "", "{pair}");
+    }
+    assert_eq!(notes(&format!("{reference} d.png --quiet")), "");
+}
+
+#[test]
 fn what_cannot_be_compared_is_refused() {
     let folder = Folder::new();
     let reference = data("reference.exr");
