@@ -79,7 +79,7 @@ pub(super) fn run(arguments: &args::Calibrate) -> Outcome {
     let Machine { seen, unseen, mut profile } = measure(threads, arguments.repeats, quiet)?;
 
     let worst = unseen.iter().map(|row| row.error(&profile).abs()).fold(0.0, f64::max);
-    let within = format!("{:.0} %", 100.0 * worst);
+    let within = within(worst);
     profile.name = name.into();
     profile.source = format!(
         "measured by kiloray {} calibrate, {threads} threads of a machine with {} ({}); pictures that the fit did not see are predicted within {within}",
@@ -141,17 +141,63 @@ fn measure(threads: usize, repeats: u32, quiet: bool) -> Outcome<Machine> {
     Ok(Machine { seen, unseen, profile })
 }
 
-/// Pictures, as they were measured and are predicted.
+/// The whole percentage that nothing exceeds.
+fn within(worst: f64) -> String {
+    format!("{:.0} %", (100.0 * worst).ceil())
+}
+
 fn print(title: &str, pictures: &[Picture], measured: &[Row], profile: &Profile) -> Outcome {
-    line(format_args!("{title:<46} {:>9} {:>12} {:>8}", "measured", profile.name, "pc"))?;
-    for (picture, row) in pictures.iter().zip(measured) {
-        line(format_args!(
-            "  {:<44} {:>9} {:>+10.1} % {:>+6.0} %",
-            picture.to_string(),
+    let table = table(title, pictures, measured, profile);
+    table.iter().try_for_each(|row| line(format_args!("{row}")))
+}
+
+/// Pictures, as they were measured and are predicted.
+fn table(title: &str, pictures: &[Picture], measured: &[Row], profile: &Profile) -> Vec<String> {
+    // One width for both tables, and for the longest names.
+    let names = SEEN.iter().chain(&UNSEEN).map(|picture| picture.to_string().chars().count());
+    let first = names.max().unwrap_or(0);
+    let width = profile.name.chars().count().max(12);
+    let title_width = first + 2;
+    let head =
+        format!("{title:<title_width$} {:>9} {:>width$} {:>8}", "measured", profile.name, "pc");
+    let rows = pictures.iter().zip(measured).map(|(picture, row)| {
+        format!(
+            "  {picture:<first$} {:>9} {:>width$} {:>8}",
             duration(row.ns as u64),
-            100.0 * row.error(profile),
-            100.0 * row.error(&Profile::PC),
-        ))?;
+            format!("{:+.1} %", 100.0 * row.error(profile)),
+            format!("{:+.0} %", 100.0 * row.error(&Profile::PC)),
+        )
+    });
+    std::iter::once(head).chain(rows).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use kiloray_core::node::Work;
+
+    #[test]
+    fn predictions_are_as_near_as_they_are_said_to_be() {
+        let said = [0.0, 0.151, 0.165, 0.17, 1.0].map(within);
+        assert_eq!(said, ["0 %", "16 %", "17 %", "17 %", "100 %"]);
     }
-    Ok(())
+
+    #[test]
+    fn columns_are_as_wide_as_their_longest_name() {
+        let measured: Vec<_> = SEEN
+            .iter()
+            .map(|_| {
+                let mut row = Row::new(&Work::default(), 1);
+                row.ns = 1e6;
+                row
+            })
+            .collect();
+        for name in ["short", "a-machine-with-a-long-name"] {
+            let profile = Profile { name: name.into(), ..Profile::PC };
+            let table = table("used for the fit", &SEEN, &measured, &profile);
+            let widths: Vec<_> = table.iter().map(|row| row.chars().count()).collect();
+            assert_eq!(widths, vec![widths[0]; SEEN.len() + 1], "{table:#?}");
+            assert!(table[0].contains(&format!(" {name} ")), "{}", table[0]);
+        }
+    }
 }
