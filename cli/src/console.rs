@@ -9,6 +9,16 @@ use crate::failure::{Failure, Outcome};
 
 /// Prints a line to the standard output.
 pub(crate) fn line(text: Arguments<'_>) -> Outcome {
+    lines(format_args!("{}", harmless(&text.to_string())))
+}
+
+/// Text in which no control character reaches a terminal: names are what others wrote.
+pub(crate) fn harmless(text: &str) -> String {
+    text.chars().map(|c| if c.is_control() { ' ' } else { c }).collect()
+}
+
+/// Prints lines that are our own.
+pub(crate) fn lines(text: Arguments<'_>) -> Outcome {
     let mut out = io::stdout().lock();
     writeln!(out, "{text}")
         .and_then(|()| out.flush())

@@ -7,6 +7,8 @@ use std::{
     process::ExitCode,
 };
 
+use crate::console::harmless;
+
 /// Why a command ends early.
 #[derive(Debug, PartialEq, Eq)]
 pub(crate) enum Failure {
@@ -117,8 +119,7 @@ pub(crate) fn warn_of_overflows(pixels: u64, quiet: bool) {
 
 /// One line on the standard error, and never mind if nobody listens.
 fn say(what: &str, message: &str) {
-    let line: String = message.chars().map(|c| if c.is_control() { ' ' } else { c }).collect();
-    let _ = writeln!(io::stderr().lock(), "{what}: {}", line.trim_end());
+    let _ = writeln!(io::stderr().lock(), "{what}: {}", harmless(message).trim_end());
 }
 
 /// A panic is our mistake: it says so in one line.

@@ -20,7 +20,7 @@ pub(crate) fn parse(arguments: impl Iterator<Item = OsString>) -> Outcome<Argume
         ErrorKind::DisplayHelp | ErrorKind::DisplayVersion => {
             let text = error.render();
             let text = text.to_string();
-            console::line(format_args!("{}", text.trim_end())).err().unwrap_or(Failure::Printed)
+            console::lines(format_args!("{}", text.trim_end())).err().unwrap_or(Failure::Printed)
         }
         _ => Failure::Usage(one_line(&error.render().to_string(), arguments.get(1))),
     })

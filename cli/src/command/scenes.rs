@@ -3,7 +3,7 @@ use serde_json::json;
 
 use crate::{
     args,
-    console::{count, line},
+    console::{count, line, lines},
     failure::Outcome,
 };
 
@@ -11,7 +11,7 @@ use crate::{
 pub(super) fn run(arguments: &args::Scenes) -> Outcome {
     if arguments.json {
         let all: Vec<_> = builtin::list().iter().map(as_json).collect();
-        return line(format_args!("{:#}", json!(all)));
+        return lines(format_args!("{:#}", json!(all)));
     }
     line(format_args!(
         "{:<14} {:>14} {:>10} {:>10}  shows",
@@ -38,7 +38,7 @@ pub(super) fn run(arguments: &args::Scenes) -> Outcome {
             ))?;
         }
     }
-    line(format_args!("\nA name without ':N' takes the default N: 'kiloray render sinc'"))
+    lines(format_args!("\nA name without ':N' takes the default N: 'kiloray render sinc'"))
 }
 
 fn as_json(entry: &Entry) -> serde_json::Value {

@@ -72,6 +72,17 @@ fn virtual_time_is_that_of_the_profile() {
 }
 
 #[test]
+fn a_name_of_a_profile_writes_nothing_but_letters_to_a_terminal() {
+    let folder = Folder::new();
+    let mut named = profile(1000.0);
+    named["name"] = json!("red\u{1b}[31m\nnodes");
+    folder.file("named.json", named.to_string());
+    let out = folder.run(&format!("{SIM} --profile named.json")).done().out();
+    assert!(out.contains("profile red [31m nodes,"), "{out}");
+    assert!(!out.contains(|c: char| c.is_control() && c != '\n'), "{out:?}");
+}
+
+#[test]
 fn files_that_are_no_profiles_are_refused_by_name() {
     let folder = Folder::new();
     let with = |field: &str, value: Value| {

@@ -7,11 +7,11 @@ use serde_json::json;
 
 use super::{
     super::{division, mesh, sim},
-    lines, too_small,
+    budget_json, too_small,
 };
 use crate::{
     args::{self, BLOCK_MIN, Bounds},
-    console::{bytes, count, line},
+    console::{bytes, count, line, lines},
     failure::{Failure, Outcome},
     output::Output,
     scene::{self, Scene},
@@ -65,7 +65,7 @@ pub(super) fn run(arguments: &args::Plan) -> Outcome {
             "topology": name,
             "node": number,
             "total": fullest.budget.bytes(),
-            "lines": lines(&fullest.budget),
+            "lines": budget_json(&fullest.budget),
             "fetches": fullest.plan.fetches,
             "tile": fullest.plan.side,
             "packet_payload": fullest.plan.payload(),
@@ -133,9 +133,9 @@ impl Share<'_> {
         let file = self.scene.file.view();
         let (plan, budget) = (&self.node.plan, &self.node.budget);
         let block_bytes = u64::from(file.header().block_bytes);
-        line(format_args!("{budget}"))?;
+        lines(format_args!("{budget}"))?;
         let nodes = self.mesh.nodes.len();
-        line(format_args!(
+        lines(format_args!(
             "\nNode {} of {nodes}, which has the least room. At least {} bytes of memory are needed{}.",
             self.number,
             self.least,

@@ -46,7 +46,7 @@ fn too_small(arguments: &args::Plan, error: &BudgetError, packet: u16) -> Failur
 }
 
 /// The lines that take anything.
-fn lines(budget: &Budget) -> Vec<Value> {
+fn budget_json(budget: &Budget) -> Vec<Value> {
     let lines = budget.lines().iter().filter(|line| line.bytes > 0);
     lines
         .map(|l| json!({ "line": l.line.name(), "capacity": l.capacity, "bytes": l.bytes }))

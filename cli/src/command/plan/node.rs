@@ -2,8 +2,14 @@ use kiloray_core::{render::Neighbours, shade::Settings};
 use kiloray_render::{Error, Options};
 use serde_json::json;
 
-use super::{super::engine, lines, too_small};
-use crate::{args, console::line, failure::Outcome, output::Output, scene};
+use super::{super::engine, budget_json, too_small};
+use crate::{
+    args,
+    console::{line, lines},
+    failure::Outcome,
+    output::Output,
+    scene,
+};
 
 /// What rays that go together are traced in, beside the memory.
 const TOGETHER: usize = size_of::<Neighbours>();
@@ -38,7 +44,7 @@ pub(super) fn run(arguments: &args::Plan) -> Outcome {
             "scene": scene.name,
             "memory": memory,
             "total": budget.bytes(),
-            "lines": lines(&budget),
+            "lines": budget_json(&budget),
             "blocks": file.blocks(),
             "block_bytes": file.header().block_bytes,
             "tables_bytes": owned,
@@ -49,8 +55,8 @@ pub(super) fn run(arguments: &args::Plan) -> Outcome {
     if to_standard {
         return Ok(());
     }
-    line(format_args!("{budget}"))?;
-    line(format_args!(
+    lines(format_args!("{budget}"))?;
+    lines(format_args!(
         "\n{} of {} blocks of {} bytes can be in memory at once.",
         plan.frames,
         file.blocks(),
