@@ -27,7 +27,7 @@ use serde::Serialize;
 pub(crate) use units::Part;
 use units::parse_part;
 
-/// Lights that a scene may have where nothing is said: as much as 10.75 MiB of tables.
+/// Lights that a scene may have where nothing is said: as much as 11 MiB of tables.
 const LIGHTS_MAX: u32 = 1 << 16;
 
 /// Memory of a node of a mesh, and of one that is alone and planned, where nothing is said.
@@ -350,8 +350,7 @@ pub(crate) struct Scene {
     /// A built-in scene (see 'kiloray scenes') or files: .rad, .obj, .vf, .kilo; several make one scene
     #[arg(required = true, value_name = "SCENE", value_hint = ValueHint::FilePath)]
     pub(crate) scenes: Vec<PathBuf>,
-    /// Lights that a scene may have: a face that emits is one, each costs every node 76 bytes and every shaded point time
-    #[arg(long, value_name = "N", value_parser = options::lights, default_value_t = LIGHTS_MAX, allow_hyphen_values = true)]
+    #[arg(long, value_name = "N", value_parser = options::lights, default_value_t = LIGHTS_MAX, allow_hyphen_values = true, help = text::lights())]
     pub(crate) lights: u32,
 }
 

@@ -86,6 +86,14 @@ Memory of each process of --processes; that of a board is as its firmware says [
 pub(super) const BOARD_BLOCK: &str = "\
 Size of a block: 1KiB to 64KiB, a power of two [default: 1KiB]";
 
+pub(super) fn lights() -> String {
+    format!(
+        "Lights that a scene may have: a face that emits is one, each costs every node {} bytes and \
+         every shaded point time",
+        size_of::<kiloray_core::scene::Light>()
+    )
+}
+
 pub(super) const NODE_BLOCK: &str = "\
 Size of a block: 1KiB to 64KiB, a power of two [default: by the memory of a node: 1KiB up to \
 512KiB, 2KiB up to 2MiB, 4KiB up to 8MiB, 8KiB up to 32MiB, else 16KiB]";

@@ -27,6 +27,9 @@ fn help_teaches() {
         assert!(help.contains("Examples:"), "{command}: {help}");
     }
     let help = folder.run("render --help").done().out();
+    let light = format!("each costs every node {} bytes", size_of::<kiloray_core::scene::Light>());
+    let words: Vec<_> = help.split_whitespace().collect();
+    assert!(words.join(" ").contains(&light), "no '{light}' in: {help}");
     for option in [
         "--width",
         "--height",

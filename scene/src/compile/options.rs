@@ -18,7 +18,7 @@ impl Options {
 }
 
 impl Default for Options {
-    /// Blocks of 16 KiB, and 65,536 lights (10.75 MiB with their tree).
+    /// Blocks of 16 KiB, and 65,536 lights (11 MiB with their tree).
     fn default() -> Self {
         Self { block_bytes: 16 << 10, lights_max: 1 << 16 }
     }
