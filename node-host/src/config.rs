@@ -1,6 +1,8 @@
 use std::path::{Path, PathBuf};
 
+use kiloray_core::network::NODES_MAX;
 use kiloray_core::node::{Dealing, PointHome, Prefetch, Schedule, ShadowPolicy, TaskOrder};
+use kiloray_core::render::Tiling;
 use kiloray_core::scene::View;
 use kiloray_core::shade;
 use kiloray_render::MeshOptions;
@@ -226,7 +228,39 @@ impl Config {
             return Err("addresses: a mesh has a node at least".into());
         }
         config.seed()?;
+        config.check_numbers()?;
         Ok(config)
+    }
+
+    /// Whether the command takes such numbers; the size of the picture apart, which its camera checks.
+    ///
+    /// # Errors
+    /// The first that is none of these, and its bounds.
+    pub(crate) fn check_numbers(&self) -> Result<(), String> {
+        let (mesh, picture) = (&self.mesh, &self.picture);
+        let packet_min = if mesh.packet == 0 { 0 } else { MeshOptions::packet_min(0).into() };
+        let prefetch = match mesh.prefetch {
+            Prefetch::All => 0,
+            Prefetch::Nearest(blocks) => blocks.into(),
+        };
+        let nodes = u32::try_from(self.addresses.len()).unwrap_or(u32::MAX).max(1);
+        let bounds: [(&str, u32, u32, u32); 9] = [
+            ("samples", picture.samples, 1, shade::Settings::SAMPLES_MAX),
+            ("shadow_samples", picture.shadow_samples.into(), 0, shade::Settings::BUNDLE_MAX),
+            ("lights_per_point", picture.lights_per_point.into(), 1, u16::MAX.into()),
+            ("bounces", picture.bounces.into(), 0, shade::Settings::BOUNCES_MAX.into()),
+            ("packet", mesh.packet.into(), packet_min, u16::MAX.into()),
+            ("replicas", mesh.replicas.into(), 1, nodes),
+            ("prefetch: nearest", prefetch, 0, Prefetch::MOST.into()),
+            ("group", mesh.group.into(), 0, NODES_MAX),
+            ("tile", mesh.tile.map_or(1, u32::from), 1, Tiling::SIDE_MAX),
+        ];
+        match bounds.iter().find(|&&(_, value, min, max)| !(min..=max).contains(&value)) {
+            Some((name, value, min, max)) => {
+                Err(format!("{name} = {value}: write a whole number from {min} to {max}"))
+            }
+            None => Ok(()),
+        }
     }
 
     /// As text.

@@ -40,15 +40,8 @@ impl Job {
     pub fn new(config: &Config, file: &KiloView<'_>) -> Result<Self, Error> {
         let (mesh, picture) = (&config.mesh, &config.picture);
         let (width, height) = (picture.width, picture.height);
-        let samples = picture.samples.max(1);
-        let camera = camera(&View::from(picture.view), width, height, samples)?;
-        if let Some(tile) = mesh.tile.filter(|&tile| !(1..=Tiling::SIDE_MAX).contains(&tile.into()))
-        {
-            let most = Tiling::SIDE_MAX;
-            return Err(Error::Options(format!(
-                "tile = {tile}: a tile is 1 to {most} pixels wide"
-            )));
-        }
+        config.check_numbers().map_err(Error::Options)?;
+        let camera = camera(&View::from(picture.view), width, height, picture.samples)?;
         let block_bytes = file.limits().block_bytes;
         let least = MeshOptions::packet_min(block_bytes);
         if (1..least).contains(&mesh.packet) {
@@ -60,9 +53,9 @@ impl Job {
         let nodes = u32::try_from(config.addresses.len()).unwrap_or(u32::MAX);
         let options = MeshOptions {
             settings: shade::Settings {
-                samples,
+                samples: picture.samples,
                 shadow_samples: picture.shadow_samples,
-                lights: picture.lights_per_point.max(1),
+                lights: picture.lights_per_point,
                 bounces: picture.bounces,
                 seed: config.seed().map_err(Error::Options)?,
             },

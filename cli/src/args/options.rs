@@ -10,8 +10,6 @@ use super::size::parse_bytes;
 const SIDE_MAX: u32 = 65_536;
 /// Most pixels of a picture.
 const PIXELS_MAX: u64 = 1 << 28;
-/// Most camera paths of a pixel.
-const SAMPLES_MAX: u32 = 1 << 18;
 
 /// Least size of a block \[bytes\].
 pub(crate) const BLOCK_MIN: u32 = 1 << 10;
@@ -201,7 +199,7 @@ pub(super) fn side(text: &str) -> Result<u32, String> {
 }
 
 fn samples(text: &str) -> Result<u32, String> {
-    whole(text, 1, SAMPLES_MAX)
+    whole(text, 1, Settings::SAMPLES_MAX)
 }
 
 fn seed(text: &str) -> Result<u64, String> {
@@ -217,7 +215,7 @@ fn lights_per_point(text: &str) -> Result<u16, String> {
 }
 
 pub(super) fn bounces(text: &str) -> Result<u32, String> {
-    whole(text, 0, 64)
+    whole(text, 0, Settings::BOUNCES_MAX.into())
 }
 
 pub(super) fn threads(text: &str) -> Result<u32, String> {

@@ -217,6 +217,34 @@ fn what_would_be_open_to_all_is_refused() {
 }
 
 #[test]
+fn numbers_of_a_configuration_are_in_the_bounds_of_the_command() {
+    let folder = Folder::new();
+    let text = pair(&folder);
+    for (said, instead, words) in [
+        ("samples = 16", "samples = 0", "from 1 to 262144"),
+        ("samples = 16", "samples = 262145", "from 1 to 262144"),
+        ("shadow_samples = 0", "shadow_samples = 4097", "from 0 to 4096"),
+        ("lights_per_point = 64", "lights_per_point = 0", "from 1 to 65535"),
+        ("bounces = 8", "bounces = 65", "from 0 to 64"),
+        ("packet = 0", "packet = 127", "from 128 to 65535"),
+        ("replicas = 1", "replicas = 0", "from 1 to 2"),
+        ("replicas = 1", "replicas = 3", "from 1 to 2"),
+        ("nearest = 0", "nearest = 17", "from 0 to 16"),
+        ("group = 0", "group = 32769", "from 0 to 32768"),
+        ("group = 0", "group = 0\ntile = 257", "from 1 to 256"),
+        ("group = 0", "group = 0\ntile = 0", "from 1 to 256"),
+    ] {
+        assert!(text.contains(&format!("\n{said}\n")), "no {said} in {text}");
+        let changed = text.replace(&format!("\n{said}\n"), &format!("\n{instead}\n"));
+        folder.file("mesh.toml", changed);
+        let field = instead.rsplit('\n').next().unwrap_or(instead);
+        for command in ["host --config mesh.toml", "node --config mesh.toml --node 0"] {
+            folder.run(command).refused(1, &["mesh.toml: ", field, words]);
+        }
+    }
+}
+
+#[test]
 fn what_a_configuration_says_is_not_said_beside_it() {
     let folder = Folder::new();
     for said in [

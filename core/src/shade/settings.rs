@@ -24,6 +24,10 @@ impl Default for Settings {
 }
 
 impl Settings {
+    /// Most camera paths of a pixel.
+    pub const SAMPLES_MAX: u32 = 1 << 18;
+    /// Most specular rays that follow each other.
+    pub const BOUNCES_MAX: u8 = 64;
     /// Most shadow rays of one bundle.
     pub const BUNDLE_MAX: u32 = 4096;
 
