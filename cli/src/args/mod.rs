@@ -181,7 +181,7 @@ pub(crate) struct Host {
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath, help_heading = "Cluster")]
     pub(crate) config: Option<PathBuf>,
     /// Write such a configuration, with this machine's addresses, and render nothing
-    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath, help_heading = "Cluster", conflicts_with = "config")]
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath, help_heading = "Cluster", conflicts_with_all = ["config", "output", "json", "report", "exposure"])]
     pub(crate) write_config: Option<PathBuf>,
     /// Let anybody who reaches the addresses see and change the picture: no TLS beyond this machine
     #[arg(long, help_heading = "Cluster", requires = "config")]

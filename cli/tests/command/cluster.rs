@@ -289,6 +289,18 @@ fn what_a_configuration_says_is_not_said_beside_it() {
 }
 
 #[test]
+fn no_output_is_promised_where_a_configuration_is_written() {
+    let folder = Folder::new();
+    folder.run("compile cornell --block 1KiB -o scene.kilo").done();
+    for said in ["--output a.png", "--json a.json", "--report page", "--exposure 1"] {
+        let name = said.split(' ').next().unwrap_or(said);
+        let line = format!("host scene.kilo --nodes 1 --write-config mesh.toml {said}");
+        folder.run(&line).refused(2, &["--write-config <FILE>", "cannot be used with", name]);
+    }
+    assert_eq!(folder.names(), ["scene.kilo"]);
+}
+
+#[test]
 fn nodes_keep_to_their_memory() {
     let folder = Folder::new();
     let scene = "glass --width 32 --height 24 --samples 1 --seed 3";
