@@ -64,8 +64,8 @@ pub struct Outcome {
     pub ledger: LedgerCounts,
     /// Where the time of the host's own process went.
     pub host: Spent,
-    /// From the beginning until all nodes were there.
-    pub start: Duration,
+    /// From the beginning until all nodes were there; `None` if it was cancelled before.
+    pub start: Option<Duration>,
     /// From then until the last pixel.
     pub render: Duration,
 }
@@ -136,7 +136,8 @@ pub fn run_host(
         network.wait_for_news(LOOK);
         is_cancelled = look(&mut watch, &host.ledger, &mut network)?;
     }
-    let start = begin.elapsed();
+    let waited = begin.elapsed();
+    let start = missing(&network).is_none().then_some(waited);
 
     let mut failure = None;
     let drive_settings = Drive::new(begin, &job, Place::HOST);
@@ -151,7 +152,7 @@ pub fn run_host(
                 true
             })
         });
-    let render = begin.elapsed() - start;
+    let render = begin.elapsed() - waited;
     let replacements = std::mem::take(&mut watch.replacements);
     if let Some(error) = failure {
         return Err(error);

@@ -57,17 +57,17 @@ impl Files {
         })
     }
 
-    /// Writes them.
-    pub(super) fn write(self, page: &str, json: &str, png: &[u8]) -> Outcome {
+    /// Writes them, with the picture if there is one.
+    pub(super) fn write(self, page: &str, json: &str, png: Option<&[u8]>) -> Outcome {
         self.page.write(page.as_bytes())?;
         self.json.write(json.as_bytes())?;
-        self.picture.write(png)
+        png.map_or(Ok(()), |png| self.picture.write(png))
     }
 
     /// Writes them for a picture of this machine.
     pub(super) fn write_run(self, run: &Run<'_>) -> Outcome {
         let shown = Shown::new(&run.rendered.picture, run.common.exposure)?;
-        self.write(&page(run, &shown), &format!("{:#}\n", run.as_json()), &shown.png)
+        self.write(&page(run, &shown), &format!("{:#}\n", run.as_json()), Some(&shown.png))
     }
 }
 

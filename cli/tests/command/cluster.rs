@@ -8,7 +8,7 @@ use std::{
     time::Duration,
 };
 
-use crate::support::{Folder, json, until, within};
+use crate::support::{Folder, json, signal, until, within, worked};
 
 const EXAMPLE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../node-host/examples/two-machines");
 const MACHINES: [&str; 2] = ["alpha.example", "beta.example"];
@@ -151,13 +151,6 @@ fn a_node_of_another_scene_is_named_on_both_sides() {
     assert!(said.contains("node 0: the host has gone"), "{said}");
 }
 
-/// The time that a process has worked (1/100 s).
-fn worked(process: u32) -> u64 {
-    let stat = fs::read_to_string(format!("/proc/{process}/stat")).unwrap_or_default();
-    let behind_name = stat.rsplit_once(')').map_or("", |(_, rest)| rest);
-    behind_name.split_whitespace().nth(11).and_then(|ticks| ticks.parse().ok()).unwrap_or(0)
-}
-
 #[test]
 fn a_node_whose_host_has_gone_says_so() {
     let folder = Folder::new();
@@ -190,6 +183,38 @@ fn packets_in_which_no_block_can_be_sent_are_refused() {
     folder.run("node --config mesh.toml --node 0").refused(2, &words);
     let typed = folder.run("host cornell --block 64KiB --nodes 2 --packet 400B");
     typed.refused(2, &["--packet 400B: blocks of 64KiB need at least 600B"]);
+}
+
+#[test]
+fn an_interrupt_before_all_nodes_are_there_says_so() {
+    let folder = Folder::new();
+    pair(&folder);
+    let mut command = folder.command();
+    let line = "host --config mesh.toml -o a.png --json run.json --report page";
+    command.args(line.split(' ')).stdout(Stdio::piped()).stderr(Stdio::piped());
+    let host = command.spawn().expect("it starts");
+    // The picture's file is begun when the command can be interrupted.
+    until(|| folder.names().iter().any(|name| name.ends_with(".part")));
+    signal("-INT", host.id());
+    let output = host.wait_with_output().expect("it ends");
+    let [out, err] = [&output.stdout, &output.stderr].map(|text| String::from_utf8_lossy(text));
+    assert_eq!(output.status.code(), Some(1), "{err}");
+    let told = "error: interrupted before all nodes were there; no pixel is complete\n";
+    assert_eq!(err, told);
+    assert!(out.starts_with("no picture: 40 x 40"), "{out}");
+    assert!(out.contains("not all nodes were there") && !out.contains("until all"), "{out}");
+    let run = json(&folder.path().join("run.json"));
+    for name in ["start_s", "mesh_s"] {
+        assert!(run[name].is_null(), "{name}: {}", run[name]);
+    }
+    assert!(run["options"]["exposure"].is_null(), "{}", run["options"]);
+    assert_eq!((&run["complete"], &run["tiles"]["pixels"]), (&false.into(), &0.into()));
+    assert_eq!(folder.names(), ["mesh.toml", "page", "run.json", "scene.kilo"]);
+    let page = fs::read_to_string(folder.path().join("page/index.html")).expect("it is there");
+    assert!(page.contains("is incomplete: interrupted before all nodes"), "{page}");
+    assert!(!page.contains("until all nodes") && !page.contains("data:image/png"), "{page}");
+    assert!(!folder.path().join("page/picture.png").exists());
+    assert!(!folder.path().join("page/picture.incomplete.png").exists());
 }
 
 #[test]

@@ -8,7 +8,7 @@ use std::{
 
 use serde_json::Value;
 
-use crate::support::{FIELDS, Folder, field, is_gone, signal, until};
+use crate::support::{FIELDS, Folder, field, is_gone, signal, until, worked};
 
 /// Small, and quick.
 const SMALL: &str = "glass --width 32 --height 24 --samples 1 --seed 3";
@@ -109,9 +109,12 @@ fn what_cannot_be_is_said_in_one_line() {
 fn an_interrupt_keeps_what_is_rendered() {
     let folder = Folder::new();
     let mut command = folder.command();
-    command.args(LONG.split(' ')).stderr(Stdio::piped());
+    let line = "host glass --width 1000 --samples 16 --nodes 3 -o long.png --report page --quiet";
+    command.args(line.split(' ')).stderr(Stdio::piped());
     let host = command.spawn().expect("it starts");
     let nodes = nodes_of(&host, 3);
+    // Some tiles are there then.
+    until(|| nodes.iter().all(|node| worked(*node) > 100));
     let begin = Instant::now();
     signal("-INT", host.id());
     let output = host.wait_with_output().expect("it ends");
@@ -121,7 +124,7 @@ fn an_interrupt_keeps_what_is_rendered() {
         message.contains("interrupted; what was rendered is in long.incomplete.png"),
         "{message}"
     );
-    assert_eq!(folder.names(), ["long.incomplete.png"]);
+    assert_eq!(folder.names(), ["long.incomplete.png", "page"]);
     assert!(nodes.iter().all(|node| is_gone(*node)), "after {:?}", begin.elapsed());
 }
 

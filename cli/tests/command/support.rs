@@ -147,6 +147,13 @@ pub(crate) fn is_gone(process: u32) -> bool {
     state.is_empty() || state.contains(") Z ")
 }
 
+/// The time that a process has worked (1/100 s).
+pub(crate) fn worked(process: u32) -> u64 {
+    let stat = fs::read_to_string(format!("/proc/{process}/stat")).unwrap_or_default();
+    let behind_name = stat.rsplit_once(')').map_or("", |(_, rest)| rest);
+    behind_name.split_whitespace().nth(11).and_then(|ticks| ticks.parse().ok()).unwrap_or(0)
+}
+
 /// Sends a signal.
 pub(crate) fn signal(name: &str, process: u32) {
     let command = format!("kill {name} {process}");

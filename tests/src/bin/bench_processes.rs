@@ -192,7 +192,7 @@ fn hosted(file: &KiloFile, arguments: &Arguments, nodes: u16) -> Result<(Outcome
     let took = Took {
         wall: outcome.render.as_secs_f64(),
         cpu: cpu as f64 / 1e9,
-        start: outcome.start.as_secs_f64(),
+        start: outcome.start.unwrap_or_default().as_secs_f64(),
     };
     Ok((outcome, took))
 }

@@ -31,8 +31,8 @@ impl Run<'_> {
         let mut json = head.with(json!({
             "complete": outcome.complete,
             "lost_block": outcome.lost,
-            "start_s": outcome.start.as_secs_f64(),
-            "mesh_s": outcome.render.as_secs_f64(),
+            "start_s": outcome.start.map(|start| start.as_secs_f64()),
+            "mesh_s": outcome.start.map(|_| outcome.render.as_secs_f64()),
             "virtual_time_s": null,
             "efficiency": null,
             "skipped": report::skipped_json(self.scene, &counts.shade),

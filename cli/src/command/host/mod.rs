@@ -108,10 +108,14 @@ pub(super) fn run(host: &args::Host) -> Outcome {
         supervisor.stop(if outcome.complete { END_LIMIT } else { Duration::ZERO });
     }
 
-    let complete = outcome.complete;
-    let output = if complete { output } else { output.incomplete() };
-    let path = output.path().to_owned();
-    let saved = picture::save(&outcome.picture, Format::of(&path)?, common.exposure, output)?;
+    let output = if outcome.complete { output } else { output.incomplete() };
+    let path = Some(output.path().to_owned()).filter(|_| has_pixels(&outcome));
+    let exposure = match &path {
+        Some(path) => {
+            picture::save(&outcome.picture, Format::of(path)?, common.exposure, output)?.exposure
+        }
+        None => None,
+    };
     let mut counts = Counts::default();
     outcome.nodes.iter().for_each(|node| counts.add(&node.counts));
     let run = Run {
@@ -124,7 +128,7 @@ pub(super) fn run(host: &args::Host) -> Outcome {
         counts,
         image_hash: picture::hash(&outcome.picture),
         time_s: begin.elapsed().as_secs_f64(),
-        exposure: saved.exposure,
+        exposure,
     };
     let json = format!("{:#}\n", run.as_json());
     if let Some(output) = json_out {
@@ -132,47 +136,63 @@ pub(super) fn run(host: &args::Host) -> Outcome {
     }
     if let Some(files) = files {
         let shown = Shown::new(&outcome.picture, common.exposure)?;
-        files.write(&page::page(&run, &shown), &json, &shown.png)?;
+        files.write(
+            &page::page(&run, &shown),
+            &json,
+            has_pixels(&outcome).then_some(&shown.png),
+        )?;
     }
-    let to_standard =
-        [Some(path.as_path()), common.json.as_deref()].contains(&Some(Path::new("-")));
+    let to_standard = [path.as_deref(), common.json.as_deref()].contains(&Some(Path::new("-")));
     if !quiet && !to_standard {
-        run.print(&path)?;
+        run.print(path.as_deref())?;
     }
     failure::warn_of_overflows(outcome.overflows, quiet);
-    match (complete, outcome.lost) {
-        (true, _) => Ok(()),
-        (false, Some(block)) => Err(Failure::new(format_args!(
-            "{}; what was rendered is in {}",
-            Why::NoneAnswers.lost(block),
-            path.display()
-        ))),
-        (false, None) => Err(Failure::new(format_args!(
-            "interrupted; what was rendered is in {}",
-            path.display()
-        ))),
+    match (why_incomplete(&outcome), path) {
+        (None, _) => Ok(()),
+        (Some(why), Some(path)) => {
+            Err(Failure::new(format_args!("{why}; what was rendered is in {}", path.display())))
+        }
+        (Some(why), None) => Err(Failure::new(format_args!("{why}; no pixel is complete"))),
     }
+}
+
+/// Why there is no picture, or only a part of one.
+fn why_incomplete(outcome: &Hosted) -> Option<String> {
+    match outcome {
+        Hosted { complete: true, .. } => None,
+        Hosted { lost: Some(block), .. } => Some(Why::NoneAnswers.lost(*block)),
+        Hosted { start: None, .. } => Some("interrupted before all nodes were there".into()),
+        _ => Some("interrupted".into()),
+    }
+}
+
+/// Whether there is a picture at all.
+fn has_pixels(outcome: &Hosted) -> bool {
+    outcome.ledger.pixels > 0
 }
 
 impl Run<'_> {
     /// What a person wants to know first.
-    fn print(&self, path: &Path) -> Outcome {
+    fn print(&self, path: Option<&Path>) -> Outcome {
         let (outcome, options, counts) = (self.outcome, self.options, &self.counts);
         let exposure = self.exposure.map_or_else(String::new, |s| format!(", exposure {s}"));
         line(format_args!(
             "{}: {} x {}, {} samples per pixel{exposure}{}",
-            path.display(),
+            path.map_or_else(|| "no picture".into(), |path| path.display().to_string()),
             options.width,
             options.height,
             options.settings.samples,
             mesh::so_far(&outcome.picture, outcome.complete, &outcome.ledger.into()),
         ))?;
         line(format_args!("mesh       {}", self.mesh()))?;
-        line(format_args!(
-            "time       {}, and {} until all nodes were there",
-            duration(outcome.render.as_nanos() as u64),
-            duration(outcome.start.as_nanos() as u64),
-        ))?;
+        match outcome.start {
+            Some(start) => line(format_args!(
+                "time       {}, and {} until all nodes were there",
+                duration(outcome.render.as_nanos() as u64),
+                duration(start.as_nanos() as u64),
+            ))?,
+            None => line(format_args!("time       not all nodes were there"))?,
+        }
         let sent = counts.sent.named();
         line(format_args!(
             "messages   {}, {}; {} blocks fetched, {} rays migrated",

@@ -1,13 +1,15 @@
 //! The page about a run of processes.
 
+use std::time::Duration;
+
 use kiloray_sim::{MessageReport, TileReport};
 
-use super::Run;
+use super::{Run, has_pixels, why_incomplete};
 use crate::{
     command::{
         html::{self, Shown},
         latencies::latencies,
-        mesh::{self, Why, part, total},
+        mesh::{self, part, total},
     },
     console::{bytes, count, duration, percent},
     page::Page,
@@ -18,13 +20,14 @@ pub(super) fn page(run: &Run<'_>, shown: &Shown<'_>) -> String {
     let outcome = run.outcome;
     let named = run.mesh();
     let mut page = Page::new(&format!("{} on {named}", run.scene.name));
-    if !outcome.complete {
-        let why = outcome.lost.map(|block| Why::NoneAnswers.lost(block));
-        mesh::incomplete(&mut page, why.as_deref().unwrap_or("interrupted"));
+    if let Some(why) = why_incomplete(outcome) {
+        mesh::incomplete(&mut page, &why);
     }
     page.cards(&cards(run));
     page.raw("<div class=\"beside\"><div>\n");
-    page.picture(shown.picture, &shown.png);
+    if has_pixels(outcome) {
+        page.picture(shown.picture, &shown.png);
+    }
     page.raw("</div><div class=\"rest\">\n");
     time(&mut page, run);
     page.raw("</div></div>\n");
@@ -44,10 +47,12 @@ pub(super) fn page(run: &Run<'_>, shown: &Shown<'_>) -> String {
 fn cards(run: &Run<'_>) -> Vec<(&'static str, String)> {
     let counts = &run.counts;
     let sent = counts.sent.named();
-    let mut cards = vec![
-        ("from the first to the last pixel", duration(run.outcome.render.as_nanos() as u64)),
-        ("until all nodes were there", duration(run.outcome.start.as_nanos() as u64)),
-    ];
+    let mut cards = Vec::new();
+    if let Some(start) = run.outcome.start {
+        let ns = |time: Duration| duration(time.as_nanos() as u64);
+        cards.push(("from the first to the last pixel", ns(run.outcome.render)));
+        cards.push(("until all nodes were there", ns(start)));
+    }
     if let Some(fullest) = run.fullest() {
         let used = part(fullest.peak_bytes as u64, run.options.memory as u64);
         cards.push(("of a node's memory at most used", percent(used)));

@@ -98,7 +98,7 @@ pub(super) fn run(sim: &args::Sim) -> Outcome {
     }
     if let Some(files) = files {
         let shown = html::Shown::new(&done.outcome.picture, common.exposure)?;
-        files.write(&page::page(&run, &shown), &run.as_json_with_details(), &shown.png)?;
+        files.write(&page::page(&run, &shown), &run.as_json_with_details(), Some(&shown.png))?;
     }
     let is_standard = |p: &std::path::Path| p == std::path::Path::new("-");
     let to_standard = [Some(path.as_path()), common.json.as_deref(), sim.trace.as_deref()]
