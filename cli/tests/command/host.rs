@@ -85,6 +85,8 @@ fn a_report_has_a_page_and_the_time_of_all_nodes_is_told() {
     }
     assert!(folder.path().join("report/picture.png").exists());
     assert!(folder.path().join("report/report.json").exists());
+    let told = folder.run(&format!("host {SMALL} --nodes 2 --report report -o glass.exr")).done();
+    assert!(told.out().contains("\nreport     report/index.html\n"), "{}", told.out());
 }
 
 #[test]

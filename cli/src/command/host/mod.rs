@@ -217,13 +217,19 @@ impl Run<'_> {
                 if process.limit_bytes.is_some() { ", enforced" } else { "" },
             ))?;
         }
-        match outcome.replacements.len() {
-            0 => Ok(()),
-            replaced => line(format_args!(
+        let replaced = outcome.replacements.len();
+        if replaced > 0 {
+            line(format_args!(
                 "faults     {replaced} nodes replaced, {} requests made again, {} tiles given to others; {UNCOUNTED}",
                 count(again(&self.counts)),
                 count(outcome.ledger.given_again),
-            )),
+            ))?;
+        }
+        match &self.common.report {
+            Some(folder) => {
+                line(format_args!("report     {}", folder.join("index.html").display()))
+            }
+            None => Ok(()),
         }
     }
 
