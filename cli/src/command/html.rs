@@ -57,6 +57,11 @@ impl Files {
         })
     }
 
+    /// The same, of a run whose picture is not all there: it has a name that says so.
+    pub(super) fn incomplete(self) -> Self {
+        Self { picture: self.picture.incomplete(), ..self }
+    }
+
     /// Writes them, with the picture if there is one.
     pub(super) fn write(self, page: &str, json: &str, png: Option<&[u8]>) -> Outcome {
         self.page.write(page.as_bytes())?;

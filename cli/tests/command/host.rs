@@ -127,6 +127,8 @@ fn an_interrupt_keeps_what_is_rendered() {
         "{message}"
     );
     assert_eq!(folder.names(), ["long.incomplete.png", "page"]);
+    let page = |name: &str| folder.path().join("page").join(name).exists();
+    assert!(page("index.html") && page("picture.incomplete.png") && !page("picture.png"));
     assert!(nodes.iter().all(|node| is_gone(*node)), "after {:?}", begin.elapsed());
 }
 

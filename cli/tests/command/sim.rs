@@ -121,13 +121,15 @@ fn a_crash_behind_the_end_is_said_not_to_have_been() {
 fn a_block_that_is_lost_ends_the_run_and_leaves_what_there_is() {
     let folder = Folder::new();
     // The top of the tree is nowhere else but at its owners, and all but one of them die at once.
-    let line = "sim sinc:60 --width 48 --height 48 --samples 4 --nodes 4 --top 0 --crash 1@300us,2@300us,3@300us --json run.json";
+    let line = "sim sinc:60 --width 48 --height 48 --samples 4 --nodes 4 --top 0 --crash 1@300us,2@300us,3@300us --json run.json --report page";
     folder.run(line).refused(1, &["block", "lost", "sinc-60.incomplete.png"]);
     let run = json(&folder.path().join("run.json"));
     assert_eq!((&run["complete"], &run["efficiency"]), (&false.into(), &Value::Null));
     assert!(run["lost_block"].is_u64());
     assert!(run["tiles"]["pixels"].as_u64().unwrap() < 48 * 48);
-    assert_eq!(folder.names(), ["run.json", "sinc-60.incomplete.png"]);
+    assert_eq!(folder.names(), ["page", "run.json", "sinc-60.incomplete.png"]);
+    let page = |name: &str| folder.path().join("page").join(name).exists();
+    assert!(page("index.html") && page("picture.incomplete.png") && !page("picture.png"));
 }
 
 #[cfg(unix)]

@@ -135,6 +135,7 @@ pub(super) fn run(host: &args::Host) -> Outcome {
         output.write(json.as_bytes())?;
     }
     if let Some(files) = files {
+        let files = if outcome.complete { files } else { files.incomplete() };
         let shown = Shown::new(&outcome.picture, common.exposure)?;
         files.write(
             &page::page(&run, &shown),

@@ -97,6 +97,7 @@ pub(super) fn run(sim: &args::Sim) -> Outcome {
         }
     }
     if let Some(files) = files {
+        let files = if complete { files } else { files.incomplete() };
         let shown = html::Shown::new(&done.outcome.picture, common.exposure)?;
         files.write(&page::page(&run, &shown), &run.as_json_with_details(), Some(&shown.png))?;
     }
