@@ -6,7 +6,7 @@ use kiloray_core::shade::Settings;
 
 use super::report::{Run, not_needed};
 use crate::{
-    args::Exposure,
+    args::{Common, Exposure},
     console::{bytes, count},
     failure::{Failure, Outcome},
     output::{Folder, Output},
@@ -32,6 +32,11 @@ pub(super) struct Shown<'a> {
 }
 
 impl<'a> Shown<'a> {
+    /// For the page of `--report`, if there is to be one.
+    pub(super) fn of_report(common: &Common, picture: &'a Picture) -> Outcome<Option<Self>> {
+        common.report.as_ref().map(|_| Self::new(picture, common.exposure)).transpose()
+    }
+
     /// For the eye, as bright as was asked for.
     pub(super) fn new(picture: &'a Picture, exposure: Exposure) -> Outcome<Self> {
         let stops = match exposure {
@@ -70,9 +75,8 @@ impl Files {
     }
 
     /// Writes them for a picture of this machine.
-    pub(super) fn write_run(self, run: &Run<'_>) -> Outcome {
-        let shown = Shown::new(&run.rendered.picture, run.common.exposure)?;
-        self.write(&page(run, &shown), &format!("{:#}\n", run.as_json()), Some(&shown.png))
+    pub(super) fn write_run(self, run: &Run<'_>, shown: &Shown<'_>) -> Outcome {
+        self.write(&page(run, shown), &format!("{:#}\n", run.as_json()), Some(&shown.png))
     }
 }
 

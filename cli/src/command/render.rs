@@ -9,7 +9,7 @@ use crate::{
     console::{bytes, count, line},
     failure::{self, Outcome},
     output::Output,
-    picture::{self, Format},
+    picture::{self, Format, Saved},
     scene,
 };
 
@@ -39,6 +39,7 @@ pub(super) fn run(arguments: &args::Render) -> Outcome {
     let rendered = engine::render(&scene, &options, quiet)?;
     let (time_s, render_s) = (start.elapsed().as_secs_f64(), render_start.elapsed().as_secs_f64());
     let saved = picture::save(&rendered.picture, Format::of(&path)?, common.exposure, output)?;
+    let shown = html::Shown::of_report(common, &rendered.picture)?;
     let run = Run {
         scene: &scene,
         sources: &arguments.scene.scenes,
@@ -47,29 +48,29 @@ pub(super) fn run(arguments: &args::Render) -> Outcome {
         rendered: &rendered,
         time_s,
         render_s,
-        exposure: saved.exposure,
+        exposure: saved.exposure.or(shown.as_ref().map(|shown| shown.stops)),
     };
     failure::warn_of_overflows(rendered.report.overflows, quiet);
     if let Some(output) = json_out {
         output.write(format!("{:#}\n", run.as_json()).as_bytes())?;
     }
-    if let Some(page) = page {
-        page.write_run(&run)?;
+    if let Some((page, shown)) = page.zip(shown) {
+        page.write_run(&run, &shown)?;
     }
     let to_standard =
         [Some(path.as_path()), common.json.as_deref()].contains(&Some(Path::new("-")));
-    if quiet || to_standard { Ok(()) } else { print(&run, &path) }
+    if quiet || to_standard { Ok(()) } else { print(&run, &path, &saved) }
 }
 
-fn print(run: &Run<'_>, path: &Path) -> Outcome {
+fn print(run: &Run<'_>, path: &Path, saved: &Saved) -> Outcome {
     let report = &run.rendered.report;
-    let exposure = run.exposure.map_or_else(String::new, |stops| format!(", exposure {stops}"));
     line(format_args!(
-        "{}: {} x {}, {} samples per pixel{exposure}",
+        "{}: {} x {}, {} samples per pixel{}",
         path.display(),
         run.options.width,
         run.options.height,
         run.options.settings.samples,
+        saved.said(),
     ))?;
     line(format_args!(
         "{} surfaces, {} rays in {:.2} s by {} ({} per second)",

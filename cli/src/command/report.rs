@@ -22,7 +22,7 @@ pub(super) struct Run<'a> {
     pub(super) time_s: f64,
     /// Of it, rendering.
     pub(super) render_s: f64,
-    /// Stops of a PNG.
+    /// Stops of a PNG, the picture or that of the page.
     pub(super) exposure: Option<f32>,
 }
 

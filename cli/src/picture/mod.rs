@@ -8,7 +8,7 @@ mod write;
 pub(crate) use hash::hash;
 pub(crate) use read::{Read, read};
 pub(crate) use tone::{auto_exposure, tone_mapped};
-pub(crate) use write::{Format, png_bytes, save};
+pub(crate) use write::{Format, Saved, png_bytes, save};
 
 pub(crate) use kiloray_render::Picture;
 

@@ -27,6 +27,13 @@ pub(crate) struct Saved {
     pub(crate) exposure: Option<f32>,
 }
 
+impl Saved {
+    /// What is said of it behind the samples.
+    pub(crate) fn said(&self) -> String {
+        self.exposure.map_or_else(String::new, |stops| format!(", exposure {stops}"))
+    }
+}
+
 impl Format {
     /// By the extension of the name.
     pub(crate) fn of(path: &Path) -> Outcome<Self> {

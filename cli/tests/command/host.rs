@@ -87,6 +87,8 @@ fn a_report_has_a_page_and_the_time_of_all_nodes_is_told() {
     assert!(folder.path().join("report/report.json").exists());
     let told = folder.run(&format!("host {SMALL} --nodes 2 --report report -o glass.exr")).done();
     assert!(told.out().contains("\nreport     report/index.html\n"), "{}", told.out());
+    let line = "cornell --width 8 --samples 1 --nodes 2 -o cornell.exr --report report";
+    assert!(folder.counted(&format!("host {line}"))["options"]["exposure"].is_number());
 }
 
 #[test]

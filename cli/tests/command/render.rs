@@ -94,6 +94,25 @@ fn every_kind_of_picture_shows_the_same() {
 }
 
 #[test]
+fn the_exposure_is_told_of_whatever_picture_has_one() {
+    let folder = Folder::new();
+    for command in ["render", "sim --nodes 2 --no-baseline"] {
+        let exposure = |output: &str| {
+            let line = format!("{command} cornell --width 8 --samples 1 {output}");
+            folder.counted(&line)["options"]["exposure"].clone()
+        };
+        let png = exposure("-o a.png");
+        assert!(png.is_number(), "{command}: {png}");
+        assert_eq!(exposure("-o a.exr --report page"), png, "{command}");
+        assert!(exposure("-o a.exr").is_null(), "{command}");
+        let told = folder
+            .run(&format!("{command} cornell --width 8 --samples 1 -o a.exr --report page"))
+            .done();
+        assert!(!told.out().contains("exposure"), "{command}: {}", told.out());
+    }
+}
+
+#[test]
 fn views_are_chosen_and_fitted() {
     let folder = Folder::new();
     let first = folder.hash("cornell --width 20 --samples 1");

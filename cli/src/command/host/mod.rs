@@ -28,7 +28,7 @@ use crate::{
     failure::{self, Failure, Outcome},
     interrupt,
     output::Output,
-    picture::{self, Format},
+    picture::{self, Format, Saved},
     progress::Progress,
     scene::Scene,
 };
@@ -53,6 +53,7 @@ struct Run<'a> {
     image_hash: String,
     /// Wall clock of all (s).
     time_s: f64,
+    /// Stops of a PNG, the picture or that of the page.
     exposure: Option<f32>,
 }
 
@@ -110,12 +111,13 @@ pub(super) fn run(host: &args::Host) -> Outcome {
 
     let output = if outcome.complete { output } else { output.incomplete() };
     let path = Some(output.path().to_owned()).filter(|_| has_pixels(&outcome));
-    let exposure = match &path {
-        Some(path) => {
-            picture::save(&outcome.picture, Format::of(path)?, common.exposure, output)?.exposure
-        }
-        None => None,
+    let saved = match &path {
+        Some(path) => picture::save(&outcome.picture, Format::of(path)?, common.exposure, output)?,
+        None => Saved { exposure: None },
     };
+    let time_s = begin.elapsed().as_secs_f64();
+    let shown = Shown::of_report(&common, &outcome.picture)?;
+    let stops = shown.as_ref().filter(|_| path.is_some()).map(|shown| shown.stops);
     let mut counts = Counts::default();
     outcome.nodes.iter().for_each(|node| counts.add(&node.counts));
     let run = Run {
@@ -127,16 +129,15 @@ pub(super) fn run(host: &args::Host) -> Outcome {
         outcome: &outcome,
         counts,
         image_hash: picture::hash(&outcome.picture),
-        time_s: begin.elapsed().as_secs_f64(),
-        exposure,
+        time_s,
+        exposure: saved.exposure.or(stops),
     };
     let json = format!("{:#}\n", run.as_json());
     if let Some(output) = json_out {
         output.write(json.as_bytes())?;
     }
-    if let Some(files) = files {
+    if let Some((files, shown)) = files.zip(shown) {
         let files = if outcome.complete { files } else { files.incomplete() };
-        let shown = Shown::new(&outcome.picture, common.exposure)?;
         files.write(
             &page::page(&run, &shown),
             &json,
@@ -145,7 +146,7 @@ pub(super) fn run(host: &args::Host) -> Outcome {
     }
     let to_standard = [path.as_deref(), common.json.as_deref()].contains(&Some(Path::new("-")));
     if !quiet && !to_standard {
-        run.print(path.as_deref())?;
+        run.print(path.as_deref(), &saved)?;
     }
     failure::warn_of_overflows(outcome.overflows, quiet);
     match (why_incomplete(&outcome), path) {
@@ -174,15 +175,15 @@ fn has_pixels(outcome: &Hosted) -> bool {
 
 impl Run<'_> {
     /// What a person wants to know first.
-    fn print(&self, path: Option<&Path>) -> Outcome {
+    fn print(&self, path: Option<&Path>, saved: &Saved) -> Outcome {
         let (outcome, options, counts) = (self.outcome, self.options, &self.counts);
-        let exposure = self.exposure.map_or_else(String::new, |s| format!(", exposure {s}"));
         line(format_args!(
-            "{}: {} x {}, {} samples per pixel{exposure}{}",
+            "{}: {} x {}, {} samples per pixel{}{}",
             path.map_or_else(|| "no picture".into(), |path| path.display().to_string()),
             options.width,
             options.height,
             options.settings.samples,
+            saved.said(),
             mesh::so_far(&outcome.picture, outcome.complete, &outcome.ledger.into()),
         ))?;
         line(format_args!("mesh       {}", self.mesh()))?;

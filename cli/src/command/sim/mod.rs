@@ -53,7 +53,7 @@ pub(super) struct Run<'a> {
     /// The topology, with its sizes.
     topology: String,
     cut: Option<Cut>,
-    /// Stops of a PNG.
+    /// Stops of a PNG, the picture or that of the page.
     pub(super) exposure: Option<f32>,
 }
 
@@ -85,7 +85,9 @@ pub(super) fn run(sim: &args::Sim) -> Outcome {
     let output = if complete { output } else { output.incomplete() };
     let path = output.path().to_owned();
     let saved = picture::save(&done.outcome.picture, Format::of(&path)?, common.exposure, output)?;
-    let run = Run::new(sim, &scene, &options, &done, saved.exposure);
+    let shown = html::Shown::of_report(common, &done.outcome.picture)?;
+    let exposure = saved.exposure.or(shown.as_ref().map(|shown| shown.stops));
+    let run = Run::new(sim, &scene, &options, &done, exposure);
     if let Some(output) = json_out {
         output.write(format!("{:#}\n", run.as_json()).as_bytes())?;
     }
@@ -96,9 +98,8 @@ pub(super) fn run(sim: &args::Sim) -> Outcome {
             failure::warn(&cut);
         }
     }
-    if let Some(files) = files {
+    if let Some((files, shown)) = files.zip(shown) {
         let files = if complete { files } else { files.incomplete() };
-        let shown = html::Shown::new(&done.outcome.picture, common.exposure)?;
         files.write(&page::page(&run, &shown), &run.as_json_with_details(), Some(&shown.png))?;
     }
     let is_standard = |p: &std::path::Path| p == std::path::Path::new("-");
@@ -107,7 +108,7 @@ pub(super) fn run(sim: &args::Sim) -> Outcome {
         .flatten()
         .any(is_standard);
     if !quiet && !to_standard {
-        summary::print(&run, &path)?;
+        summary::print(&run, &path, &saved)?;
     }
     if let Some(spared) = spared(&done.outcome.report, &options).filter(|_| !quiet) {
         failure::warn(&spared);

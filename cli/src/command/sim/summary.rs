@@ -8,22 +8,23 @@ use crate::{
     command::mesh::{again, so_far},
     console::{bytes, count, duration, line, percent},
     failure::Outcome,
+    picture::Saved,
 };
 
 /// Least part of the time that is worth a word.
 const WORTH: f64 = 0.005;
 
 /// What a person wants to know first.
-pub(super) fn print(run: &Run<'_>, path: &Path) -> Outcome {
+pub(super) fn print(run: &Run<'_>, path: &Path, saved: &Saved) -> Outcome {
     let done = run.done;
     let (outcome, report) = (&done.outcome, &done.outcome.report);
-    let exposure = run.exposure.map_or_else(String::new, |stops| format!(", exposure {stops}"));
     line(format_args!(
-        "{}: {} x {}, {} samples per pixel{exposure}{}",
+        "{}: {} x {}, {} samples per pixel{}{}",
         path.display(),
         outcome.picture.width,
         outcome.picture.height,
         run.options.mesh.settings.samples,
+        saved.said(),
         so_far(&outcome.picture, outcome.is_complete(), &report.tiles),
     ))?;
     line(format_args!("mesh       {}", mesh(run)))?;
