@@ -132,6 +132,19 @@ fn a_block_that_is_lost_ends_the_run_and_leaves_what_there_is() {
     assert!(page("index.html") && page("picture.incomplete.png") && !page("picture.png"));
 }
 
+#[test]
+fn heavy_faults_of_links_are_noted_before_the_run() {
+    let folder = Folder::new();
+    let line = "sim cornell --width 8 --height 8 --samples 1 --nodes 2 --no-baseline";
+    let told = |faults: &str| folder.run(&format!("{line} {faults}")).done().err();
+    let heavy = told("--loss 0.3 --jitter 1ms");
+    assert!(heavy.starts_with("note: ") && heavy.contains("--loss and --jitter"), "{heavy}");
+    assert_eq!(heavy.lines().count(), 1, "{heavy}");
+    for light in ["--loss 0.1", "--loss 0.2 --jitter 50us", "--loss 0.3 --quiet"] {
+        assert_eq!(told(light), "", "{light}");
+    }
+}
+
 #[cfg(unix)]
 #[test]
 fn an_interrupt_leaves_what_is_rendered() {

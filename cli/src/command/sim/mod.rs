@@ -40,7 +40,7 @@ use crate::{
     scene::{self, Scene},
 };
 
-/// A loss of links above one in so many, and a jitter above so many latencies, is what a run that does not end is put down to.
+/// A loss of links above one in so many, and a jitter above so many latencies, is noted before the run, and is what one that does not end is put down to.
 const LOSS_HEAVY: u64 = 5;
 const JITTER_HEAVY: u64 = 100;
 
@@ -76,6 +76,15 @@ pub(super) fn run(sim: &args::Sim) -> Outcome {
     let trace_out = sim.trace.as_deref().map(Output::create).transpose()?;
     let files = common.report.as_deref().map(html::Files::create).transpose()?;
     scene.print_notes(quiet);
+    let heavy = heavy(&options);
+    // A run in which all packets are lost does not begin.
+    let begins = options.faults.loss.count < options.faults.loss.of;
+    if begins && !heavy.is_empty() && !quiet {
+        let faults = heavy.join(" and ");
+        failure::warn(&format!(
+            "many packets are lost or late, which can take very long: give less of {faults}"
+        ));
+    }
 
     let done = {
         let at_once = common.threads != Some(1);
