@@ -239,6 +239,9 @@ fn what_would_be_open_to_all_is_refused() {
     folder.run("host --config mesh.toml --json scene.kilo").refused(2, &["scene.kilo", "reads it"]);
     folder.run("host cornell --nodes 2 --write-config other.toml").refused(2, &["compile"]);
     folder.run("host").refused(2, &["SCENE"]);
+    let alone = folder.run("host scene.kilo --insecure");
+    alone.refused(2, &["--insecure", "--config"]);
+    folder.run("host --insecure").refused(2, &["--config"]);
 }
 
 #[test]

@@ -35,6 +35,12 @@ pub(super) fn prepare(host: &args::Host) -> Outcome<Prepared> {
     if host.common.threads.is_some() {
         return Err(Failure::usage("--threads: a node is one process; --nodes says how many"));
     }
+    // The grammar does not require the configuration where there is a scene, which stands against it.
+    if host.insecure && host.config.is_none() {
+        return Err(Failure::usage(
+            "--insecure: it goes with --config; nodes that are started here hear this machine alone",
+        ));
+    }
     let mut prepared = match &host.config {
         Some(path) => of_config(host, path)?,
         None => of_options(host)?,
