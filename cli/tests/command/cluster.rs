@@ -177,8 +177,9 @@ fn packets_in_which_no_block_can_be_sent_are_refused() {
     let folder = Folder::new();
     let text = pair(&folder);
     assert!(text.contains("packet = 0"), "{text}");
-    folder.file("mesh.toml", text.replace("packet = 0", "packet = 128"));
-    let words = ["packet = 128: blocks of 1024 bytes need at least 280"];
+    folder.run("compile cornell --block 64KiB -o scene.kilo").done();
+    folder.file("mesh.toml", text.replace("packet = 0", "packet = 400"));
+    let words = ["packet = 400: blocks of 65536 bytes need at least 600"];
     folder.run("host --config mesh.toml").refused(2, &words);
     folder.run("node --config mesh.toml --node 0").refused(2, &words);
     let typed = folder.run("host cornell --block 64KiB --nodes 2 --packet 400B");
@@ -254,7 +255,7 @@ fn numbers_of_a_configuration_are_in_the_bounds_of_the_command() {
         ("shadow_samples = 0", "shadow_samples = 4097", "from 0 to 4096"),
         ("lights_per_point = 64", "lights_per_point = 0", "from 1 to 65535"),
         ("bounces = 8", "bounces = 65", "from 0 to 64"),
-        ("packet = 0", "packet = 127", "from 128 to 65535"),
+        ("packet = 0", "packet = 279", "from 280 to 65535"),
         ("replicas = 1", "replicas = 0", "from 1 to 2"),
         ("replicas = 1", "replicas = 3", "from 1 to 2"),
         ("nearest = 0", "nearest = 17", "from 0 to 16"),
