@@ -1,9 +1,9 @@
 //! What a board's firmware takes of its RAM beside the memory of its node: rounded up from what `node-board/sizes` prints.
 
 /// The future of the node's task, the buffers of its lines, and what else has its place from the start \[bytes\].
-pub(crate) const STATICS: u64 = 14 << 10;
+pub(crate) const STATICS: u64 = 15 << 10;
 /// The deepest calls and an interrupt \[bytes\].
-pub(crate) const STACK: u64 = 14 << 10;
+pub(crate) const STACK: u64 = 15 << 10;
 
 /// The deepest stack that a node was seen to take: `node-board/painted`, a Cortex-M4F that renders `glass` with all features of materials \[bytes\].
 pub(crate) const PAINTED: u64 = 9_200;
@@ -24,7 +24,6 @@ mod tests {
         assert_eq!(told.parse(), Ok(PAINTED));
     }
 
-    /// All but the firmware that also keeps clips of bundles and writes text.
     #[test]
     fn every_firmware_of_the_table_takes_no_more() {
         let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../node-board/README.md");
@@ -33,8 +32,7 @@ mod tests {
             .lines()
             .skip_while(|line| !line.starts_with("| features | flash, bytes | statics"))
             .skip(2)
-            .take_while(|line| line.starts_with('|'))
-            .filter(|line| !line.contains("clips,text"));
+            .take_while(|line| line.starts_with('|'));
         let mut count = 0;
         for row in rows {
             let number = |column: usize| -> u64 {
@@ -43,6 +41,6 @@ mod tests {
             assert!(number(3) <= STATICS && number(4) <= STACK, "{row}");
             count += 1;
         }
-        assert_eq!(count, 8);
+        assert_eq!(count, 9);
     }
 }

@@ -17,7 +17,7 @@ pub(super) fn memory(common: &Common) -> u64 {
 }
 
 /// Size of a block where nothing is said, for nodes of this memory: the least whose square is twice the memory, from 1 to 16 KiB. Great blocks leave few
-/// frames and fill links; small ones come often, each with its message (`ARCHITECTURE.md`, "The size of a block").
+/// frames and fill links; small ones come often, each with its message (`docs/measurements.md`, "The size of a block").
 pub(super) fn default_block(memory: u64) -> u32 {
     let suits = |block: &u32| memory <= suited_by(*block);
     [1 << 10, 2 << 10, 4 << 10, 8 << 10].into_iter().find(suits).unwrap_or(16 << 10)

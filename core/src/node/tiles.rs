@@ -147,7 +147,10 @@ impl Tiles {
         }
         s.pod(&mut self.had);
         #[cfg(feature = "bundles")]
-        (s.pod(&mut self.wanted), s.bool(&mut self.waited));
+        {
+            s.pod(&mut self.wanted);
+            s.bool(&mut self.waited);
+        }
     }
 
     /// Whether a time limit runs: of its request, of its wait for new tiles.
