@@ -45,7 +45,7 @@ impl RouterSize {
     /// The same where the host's buffers hold so many packets, if that is more.
     #[must_use]
     pub fn with_host(self, here: NodeId, depth: u16) -> Self {
-        let host_depth = depth.clamp(self.node_depth, 255);
+        let host_depth = depth.max(self.node_depth).min(255);
         let (depth, own) =
             if here == HOST { (host_depth, host_depth) } else { (self.depth, self.own) };
         Self { depth, host_depth, own, ..self }

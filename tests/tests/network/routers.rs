@@ -34,7 +34,8 @@ struct Lent {
 impl Memory {
     fn new(mesh: &Mesh, depth: u16) -> Self {
         let lent = |here| {
-            let size = RouterSize::new(mesh, here, depth, PAYLOAD);
+            // Of the host as in a run: deeper than of nodes.
+            let size = RouterSize::new(mesh, here, depth, PAYLOAD).with_host(here, depth + 2);
             Lent { size, chunks: vec![Chunk::ZERO; size.arena_bytes() / CHUNK_BYTES] }
         };
         Self(places(mesh).map(lent).collect())

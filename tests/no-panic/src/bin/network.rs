@@ -50,8 +50,16 @@ fn credits() {
 
 #[inline(never)]
 fn router(mesh: Mesh, memory: &mut [Chunk]) {
-    let size =
-        RouterSize { ports: any(), classes: any(), depth: any(), own: any(), payload: any() };
+    let size = RouterSize {
+        ports: any(),
+        classes: any(),
+        depth: any(),
+        node_depth: any(),
+        host_depth: any(),
+        own: any(),
+        payload: any(),
+    }
+    .with_host(NodeId(any()), any());
     let router = Router::new(&mut Arena::new(memory), mesh, NodeId(any()), size);
     let Ok(mut router) = router else { return };
     for _ in 0..any::<u32>() {
