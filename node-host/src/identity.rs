@@ -2,7 +2,7 @@ use std::fmt;
 
 use kiloray_core::block::{KiloView, checksum};
 use kiloray_core::network::{HOST, NodeId};
-use kiloray_core::node::Placement;
+use kiloray_core::node::{Placement, Setup};
 
 /// A node, or the host beside the mesh.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -62,8 +62,11 @@ pub struct Identity {
 }
 
 impl Identity {
-    /// The version of this program.
-    pub const VERSION: &str = env!("CARGO_PKG_VERSION");
+    /// The version of this program, and of what nodes agree on, which changes between its releases.
+    #[must_use]
+    pub fn version() -> String {
+        format!("{}+{}", env!("CARGO_PKG_VERSION"), Setup::VERSION)
+    }
 
     /// A number for one that nobody counts: by chance, as numbers of processes come again, in containers every time.
     #[must_use]

@@ -110,7 +110,7 @@ impl Job {
         Identity {
             place,
             incarnation,
-            version: Identity::VERSION.into(),
+            version: Identity::version(),
             scene: self.scene,
             share,
             job: self.checksum,

@@ -131,7 +131,7 @@ fn a_node_of_another_version_is_named() {
     let cancel = AtomicBool::new(false);
     let control = Control { cancel: &cancel, progress: &|_| {} };
     let error = run_host(&config, &file.view(), None, &control).expect_err("it is refused");
-    let expected = format!("node 1 is of version 0.0.9, not {}", Identity::VERSION);
+    let expected = format!("node 1 is of version 0.0.9, not {}", Identity::version());
     assert_eq!(error.to_string(), expected);
 }
 
