@@ -202,7 +202,8 @@ impl NodePlan {
         let rays = step.rays.max(least);
         let router = |here, depth| {
             let size = RouterSize::new(&needs.mesh, here, depth, payload as u16);
-            size.with_host(here, needs.host_depth)
+            // Boards' hosts are as deep as they are: it would take flash.
+            if cfg!(feature = "bundles") { size.with_host(here, needs.host_depth) } else { size }
         };
         // Two packets keep a link busy; four are of use where they cost little. Both ends of a link must agree: the node that the host
         // is joined to has the most ports.
