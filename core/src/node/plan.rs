@@ -74,7 +74,8 @@ pub struct NodeNeeds {
     pub packet: usize,
     /// Packets in each buffer; 0 for the default.
     pub depth: u16,
-    /// Packets in each buffer at the host's end of a link; 0: as many as at nodes.
+    /// Packets in each buffer at the host's end of a link; 0: as many as at nodes, and so in any case without the feature
+    /// `bundles`.
     pub host_depth: u16,
 }
 

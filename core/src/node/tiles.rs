@@ -18,7 +18,8 @@ pub(super) struct Tiles {
     /// A request is under way until this moment at the latest.
     asked: Option<Time>,
     tries: u8,
-    /// How often a master has answered twice: it was asked again though nothing was lost, so time limits are doubled.
+    /// How often a master has answered twice: it was asked again though nothing was lost, so time limits are doubled, as
+    /// far as [`Settings::limit`](super::Settings::limit) does.
     late: u8,
     /// How many more requests go straight to the host, as the sub-master did not answer.
     past: u32,
@@ -44,8 +45,6 @@ pub(super) struct Tiles {
 const LEASES: usize = 4;
 /// Requests that go past a sub-master which lets two wait: one that has died is waited for so much more rarely.
 const PAST: u32 = 16;
-/// Time limits are doubled so often at most, as answers come late.
-const LATE_MAX: u8 = 5;
 /// For how many tiles a node asks at once, at most. A master gives fewer, and one at last, as they become few.
 #[cfg(feature = "bundles")]
 const WANTED_MAX: u8 = 8;
@@ -247,7 +246,7 @@ impl<W: World> Node<'_, W> {
 
     /// A master has answered for the second time. (Links drop what they carry twice.)
     fn note_late_answer(&mut self) {
-        self.tiles.late = self.tiles.late.saturating_add(1).min(LATE_MAX);
+        self.tiles.late = self.tiles.late.saturating_add(1);
         self.note_unasked();
     }
 

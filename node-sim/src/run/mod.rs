@@ -192,12 +192,12 @@ impl<'m, N: Actor<'m> + Send, H: Actor<'m> + Send> Run<'m, N, H> {
                 Moment::Seen(sight) => watch.see(at, sight),
             }
         }
-        // Behind what holds from a moment on: where the line grows, it goes on with that. They stay with their parts, as a large mesh has many in a round.
         let ends = journals.iter().flat_map(|part| &part.spans).map(|span| match *span {
             Span::Busy { to, .. } | Span::Waiting { to, .. } => to,
             Span::Sent { at, .. } => at + 1,
         });
         timeline.reach(ends.max().unwrap_or(0));
+        // Behind what holds from a moment on: where the line grows, it goes on with that. They stay with their parts, as a large mesh has many in a round.
         for span in journals.iter_mut().flat_map(|part| part.spans.drain(..)) {
             match span {
                 Span::Busy { from, to, useful } => timeline.busy(from, to, useful),

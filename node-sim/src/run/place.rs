@@ -269,39 +269,38 @@ impl<'m, A: Actor<'m>> Place<'m, A> {
         let Some(to) = link.to else { return };
         let (back, of_link) = (link.back, link.packets + link.control_packets);
         let number = self.first + u32::from(port.0);
-        link.busy_until = self.now + duration;
-        link.busy += duration;
-        link.bytes += len as u64;
+        let fate = faulty.then(|| fault::fate(&settings.faults, settings.seed, number, of_link));
+        // The copy goes behind it over the same link.
+        let times = 1 + u64::from(fate.is_some_and(|fate| fate.doubled));
+        let (busy, bytes) = (duration * times, len as u64 * times);
+        link.busy_until = self.now + busy;
+        link.busy += busy;
+        link.bytes += bytes;
         link.packets += u64::from(data);
         link.control_packets += u64::from(!data);
-        journal.spans.push(Span::Sent { at: self.now, bytes: len as u64 });
+        journal.spans.push(Span::Sent { at: self.now, bytes });
         let arrival = self.now + settings.link.travel(&header, len, to == header.to());
         let from = self.here;
         let departs = |arrival, packet| Departure { from, to, port: back, arrival, packet };
-        if !faulty {
+        let Some(fate) = fate else {
             journal.departures.push(departs(arrival, packet));
             return;
-        }
-        let fate = fault::fate(&settings.faults, settings.seed, number, of_link);
+        };
         self.faults.delayed += u64::from(fate.delay > 0 && !fate.lost);
         let mut arrival = arrival + fate.delay;
         if !fate.strays {
             arrival = arrival.max(link.last_arrival);
         }
+        let last = arrival + busy - duration;
         if fate.doubled {
-            // The copy goes behind it over the same link.
             self.faults.doubled += 1;
             self.faults.lost += u64::from(fate.copy_lost);
-            link.busy_until += duration;
-            link.busy += duration;
-            link.bytes += len as u64;
-            journal.spans.push(Span::Sent { at: self.now, bytes: len as u64 });
             if !fate.copy_lost {
-                journal.departures.push(departs(arrival + duration, packet.clone()));
+                journal.departures.push(departs(last, packet.clone()));
             }
         }
         if !fate.strays {
-            link.last_arrival = arrival + if fate.doubled { duration } else { 0 };
+            link.last_arrival = last;
         }
         self.faults.lost += u64::from(fate.lost);
         if !fate.lost {

@@ -11,6 +11,7 @@
 
 use core::hint::black_box;
 use core::panic::PanicInfo;
+use kiloray_core::network::RouterSize;
 use kiloray_core::shade::Settings;
 
 #[cfg(not(feature = "name-panics"))]
@@ -55,6 +56,19 @@ pub fn any<T: bytemuck::Zeroable>() -> T {
 /// Any settings of a picture's light.
 pub fn any_shading() -> Settings {
     Settings { samples: any(), shadow_samples: any(), lights: any(), bounces: any(), seed: any() }
+}
+
+/// Any size of a router, also one that nobody has made.
+pub fn any_router_size() -> RouterSize {
+    RouterSize {
+        ports: any(),
+        classes: any(),
+        depth: any(),
+        node_depth: any(),
+        host_depth: any(),
+        own: any(),
+        payload: any(),
+    }
 }
 
 /// Room to write to, of a length that the compiler does not know.

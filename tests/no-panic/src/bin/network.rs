@@ -4,11 +4,10 @@
 
 use core::hint::black_box;
 use kiloray_core::network::{
-    Channel, CreditReceiver, CreditSender, Grid, Mesh, NodeId, Port, Router, RouterSize, Sequence,
-    Topology,
+    Channel, CreditReceiver, CreditSender, Grid, Mesh, NodeId, Port, Router, Sequence, Topology,
 };
 use kiloray_core::store::{Arena, Chunk};
-use kiloray_no_panic::{any, any_bytes, any_room, entry, print};
+use kiloray_no_panic::{any, any_bytes, any_room, any_router_size, entry, print};
 
 #[inline(never)]
 fn topology(topology: &Topology) {
@@ -50,16 +49,7 @@ fn credits() {
 
 #[inline(never)]
 fn router(mesh: Mesh, memory: &mut [Chunk]) {
-    let size = RouterSize {
-        ports: any(),
-        classes: any(),
-        depth: any(),
-        node_depth: any(),
-        host_depth: any(),
-        own: any(),
-        payload: any(),
-    }
-    .with_host(NodeId(any()), any());
+    let size = any_router_size().with_host(NodeId(any()), any());
     let router = Router::new(&mut Arena::new(memory), mesh, NodeId(any()), size);
     let Ok(mut router) = router else { return };
     for _ in 0..any::<u32>() {

@@ -4,7 +4,7 @@
 
 use core::hint::black_box;
 use kiloray_core::block::KiloView;
-use kiloray_core::network::{Mesh, NodeId, Port, RouterSize, Topology};
+use kiloray_core::network::{Mesh, NodeId, Port, Topology};
 use kiloray_core::node::{
     Dealing, Node, NodeNeeds, NodePlan, Picture, Placement, PointHome, Prefetch, Rom, Schedule,
     Settings, ShadowPolicy, TaskOrder, Time,
@@ -14,7 +14,7 @@ use kiloray_core::shade::{Shader, Tables};
 use kiloray_core::store::{Arena, Budget, Chunk};
 use kiloray_core::trace::Scalar;
 use kiloray_core::view::Camera;
-use kiloray_no_panic::{any, any_bytes, any_room, any_shading, entry, print};
+use kiloray_no_panic::{any, any_bytes, any_room, any_router_size, any_shading, entry, print};
 
 #[inline(never)]
 fn shadow() -> ShadowPolicy {
@@ -83,15 +83,7 @@ fn plan(mesh: Mesh, schedule: Schedule) -> Option<NodePlan> {
 #[inline(never)]
 fn any_plan() -> NodePlan {
     NodePlan {
-        router: RouterSize {
-            ports: any(),
-            classes: any(),
-            depth: any(),
-            node_depth: any(),
-            host_depth: any(),
-            own: any(),
-            payload: any(),
-        },
+        router: any_router_size(),
         bundles: any(),
         rays: any(),
         shadows: any(),
