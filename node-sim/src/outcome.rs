@@ -1,3 +1,4 @@
+use kiloray_core::network::NodeId;
 use kiloray_render::{MeshOptions, Picture};
 
 use crate::Report;
@@ -26,6 +27,8 @@ pub enum End {
     Cancelled,
     /// Of this block no living node holds a copy.
     Lost(u32),
+    /// Nothing happens any more but what this node does, which is slow: it would take too long.
+    Slow(NodeId),
     /// Nothing happens any more: a mistake of ours.
     Stuck,
 }

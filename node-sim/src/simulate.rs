@@ -17,8 +17,8 @@ use crate::pace::layout;
 use crate::run::{Actor, Run, RunSettings};
 use crate::watchdog::Watchdog;
 use crate::{
-    Control, End, Error, LineReport, MeshReport, MessageReport, NodeReport, Options, Outcome,
-    Report, Status, Totals,
+    Control, End, Error, Faults, LineReport, MeshReport, MessageReport, NodeReport, Options,
+    Outcome, Report, Slow, Status, Totals,
 };
 
 /// Events after which the caller is told how far the run is; more, where there are many nodes to look at.
@@ -26,7 +26,7 @@ const EVENTS_PER_STATUS: u64 = 1024;
 const EVENTS_PER_NODE: u64 = 16;
 /// Events without a step forward after which a run is given up, for each node: where packets are lost, the last tile of a node with room for one block
 /// takes as many.
-const EVENTS_PER_STEP: u64 = 1 << 20;
+const EVENTS_PER_STEP: u64 = if cfg!(test) { 1 << 14 } else { 1 << 20 };
 
 /// What the task of a node takes beside the memory that it divides, on this machine \[bytes\].
 pub const TASK_BYTES: usize = size_of::<Node<'static, Picture<'static, Auto, ThreadScratch>>>();
@@ -90,9 +90,10 @@ pub fn simulate(
     let pool = pool(options, &mesh)?;
     let threads = pool.as_ref().map_or(1, ThreadPool::current_num_threads);
     let mut run = Run::new(&mesh, nodes, host, settings, threads)?;
+    let asked = (samples, &options.faults);
     let end = match pool {
-        Some(pool) => pool.install(|| drive(&mut run, samples, control)),
-        None => drive(&mut run, samples, control),
+        Some(pool) => pool.install(|| drive(&mut run, asked, control)),
+        None => drive(&mut run, asked, control),
     };
     run.settle();
     let report = report(&mut run, options, &mesh, &layout);
@@ -115,13 +116,14 @@ type SimulatedRun<'m, W> = Run<'m, Node<'m, W>, HostEnd<'m>>;
 
 fn drive<'m, W: World + Send>(
     run: &mut SimulatedRun<'m, W>,
-    samples: u32,
+    (samples, faults): (u32, &Faults),
     control: &Control<'_>,
 ) -> End {
     let nodes = run.nodes.len() as u64;
     let paths = run.host.actor.ledger.pixels() * u64::from(samples);
     let mut watchdog = Watchdog::new(EVENTS_PER_STEP * nodes.max(64), paths);
     let pause = EVENTS_PER_STATUS.max(EVENTS_PER_NODE * nodes);
+    let mut slow = SlowNodes::new(faults);
     let mut told = 0;
     loop {
         let moves = run.advance();
@@ -149,9 +151,50 @@ fn drive<'m, W: World + Send>(
             let begun = run.nodes.iter().map(|place| place.actor.begun()).sum();
             watchdog.begun(begun, (run.events, run.now));
         }
+        slow.note(run, watchdog.since());
         if !moves || watchdog.is_in_vain(run.events, run.now) {
-            return End::Stuck;
+            return slow.awaited(run).map_or(End::Stuck, End::Slow);
         }
+    }
+}
+
+/// The nodes that are slower than the others, and how long they had worked when the run last went forward.
+struct SlowNodes {
+    nodes: Vec<(Slow, u64)>,
+    since: u64,
+}
+
+/// A node is waited for that has worked for one in so much of the time.
+const AWAITED: u64 = 8;
+
+impl SlowNodes {
+    /// The slowest first.
+    fn new(faults: &Faults) -> Self {
+        let mut nodes: Vec<_> =
+            faults.slow.iter().filter(|slow| slow.factor > 1.0).map(|&slow| (slow, 0)).collect();
+        nodes.sort_by(|(a, _), (b, _)| b.factor.total_cmp(&a.factor));
+        Self { nodes, since: 0 }
+    }
+
+    /// Takes down how long they have worked, if the run has gone forward.
+    fn note<W: World + Send>(&mut self, run: &SimulatedRun<'_, W>, since: u64) {
+        if since == self.since {
+            return;
+        }
+        self.since = since;
+        for (slow, worked) in &mut self.nodes {
+            *worked = run.nodes[usize::from(slow.node.0)].state.worked(run.now).0;
+        }
+    }
+
+    /// The slowest that works, or has mostly worked, since the run last went forward: nothing else can be said to have come to a stop.
+    fn awaited<W: World + Send>(&self, run: &SimulatedRun<'_, W>) -> Option<NodeId> {
+        let waited = run.now.saturating_sub(self.since);
+        let works = |&&(slow, before): &&(Slow, u64)| {
+            let (worked, now) = run.nodes[usize::from(slow.node.0)].state.worked(run.now);
+            now || worked.saturating_sub(before) > waited / AWAITED
+        };
+        self.nodes.iter().find(works).map(|(slow, _)| slow.node)
     }
 }
 

@@ -1,8 +1,8 @@
 //! The picture of a mesh is that of one machine, to the bit; what cannot be is refused by cause.
 
 use crate::{
-    Control, Crash, Error, Link, MeshOptions, Options, Outcome, Profile, Rate, Slow, Status,
-    estimates, simulate,
+    Control, Crash, Error, Link, MeshOptions, NodeReport, Options, Outcome, Profile, Rate, Slow,
+    Status, estimates, simulate,
 };
 use kiloray_core::network::{NodeId, Topology};
 use kiloray_core::node::{Dealing, PointHome, Schedule, ShadowPolicy, TaskOrder};
@@ -303,6 +303,36 @@ fn what_lives_is_never_lost() {
     same(&file, &options);
     (options.faults.slow, options.faults.jitter) = (Vec::new(), 1_000_000_000);
     same(&file, &options);
+}
+
+#[test]
+fn a_very_slow_node_on_lossy_links_is_waited_for() {
+    let file = scene("glass", 1024);
+    let mut options = options(&file, "torus:4x4", 16);
+    (options.mesh.memory, options.profile) = (64 << 10, Profile::T800);
+    options.faults.loss = Rate { count: 1, of: 100 };
+    options.faults.slow = vec![Slow { node: NodeId(5), factor: 1e5 }];
+    let report = same(&file, &options).report;
+    assert!(report.virtual_ns > 1_000_000_000_000, "{}", report.virtual_ns);
+}
+
+#[test]
+fn a_node_that_would_take_for_ever_is_named() {
+    let file = scene("glass", 1024);
+    let mut options = options(&file, "torus:3x2", 6);
+    let slow = |node, factor| Slow { node: NodeId(node), factor };
+    for factor in [1e14, 1e300] {
+        options.faults.slow = vec![slow(4, 0.5), slow(2, 2.0), slow(5, factor), slow(3, 1.5)];
+        for loss in [Rate::default(), Rate { count: 1, of: 100 }] {
+            options.faults.loss = loss;
+            let outcome = run(&file, &options).expect("it runs");
+            assert_eq!(outcome.end, crate::End::Slow(NodeId(5)), "{factor} {loss:?}");
+            let report = outcome.report;
+            let whole =
+                |node: &NodeReport| node.time.busy() + node.time.idle() == report.virtual_ns;
+            assert!(report.nodes.iter().all(whole));
+        }
+    }
 }
 
 /// A mesh in which everything is chosen by chance.

@@ -38,6 +38,11 @@ impl Watchdog {
         }
     }
 
+    /// When it last went forward \[ns\].
+    pub(crate) const fn since(&self) -> u64 {
+        self.since.1
+    }
+
     /// Whether nothing has gone forward for too long.
     pub(crate) const fn is_in_vain(&self, events: u64, now: u64) -> bool {
         let (since, since_ns) = self.since;

@@ -66,13 +66,13 @@ impl NodeTime {
     /// At work.
     #[must_use]
     pub fn busy(&self) -> u64 {
-        self.trace
-            + self.shade
-            + self.clip
-            + self.messages
-            + self.copies
-            + self.checks
-            + self.forwards
+        // Steps can be longer than all time, where a node is slow enough.
+        self.work().into_iter().fold(0, u64::saturating_add)
+    }
+
+    const fn work(&self) -> [u64; 7] {
+        let &Self { trace, shade, clip, messages, copies, checks, forwards, .. } = self;
+        [trace, shade, clip, messages, copies, checks, forwards]
     }
 
     /// What it would have been if a node had not been slower by a factor: its work, not its waits.
@@ -104,7 +104,7 @@ impl NodeTime {
 
     /// Of work, the first so many ns, each part in its share.
     pub(crate) fn first(&self, ns: u64) -> Self {
-        let all = u128::from(self.busy().max(1));
+        let all = self.work().map(u128::from).iter().sum::<u128>().max(1);
         let share = |part: u64| (u128::from(part) * u128::from(ns) / all) as u64;
         let mut first = Self {
             trace: share(self.trace),

@@ -15,10 +15,12 @@ pub(crate) struct PlaceState {
     pub(crate) until: u64,
     /// A call is entered for this moment.
     pub(crate) wake: u64,
-    /// A look at overdue credit is entered.
-    pub(crate) reminded: bool,
+    /// A look at overdue credit is entered for this moment.
+    pub(crate) remind: u64,
     /// Questions for credit since the last packet left.
     pub(crate) reminders: u32,
+    /// When the last packet left that was no question.
+    pub(crate) left: u64,
     /// Rays that it holds for later.
     pub(crate) stored: u32,
     /// How long the present step takes, by what it is.
@@ -58,8 +60,9 @@ impl PlaceState {
             news: true,
             until: 0,
             wake: u64::MAX,
-            reminded: false,
+            remind: u64::MAX,
             reminders: 0,
+            left: 0,
             stored: 0,
             step: NodeTime::default(),
             kept_until: 0,
@@ -73,10 +76,17 @@ impl PlaceState {
     /// A packet keeps it for so long, now or behind its step.
     pub(crate) fn keep(&mut self, now: u64, length: u64) {
         let free = match self.phase {
-            Phase::Busy { .. } => self.since + self.step.busy(),
+            Phase::Busy { .. } => self.since.saturating_add(self.step.busy()),
             Phase::Idle(_) | Phase::Dead => now,
         };
-        self.kept_until = self.kept_until.max(free) + length;
+        self.kept_until = self.kept_until.max(free).saturating_add(length);
+    }
+
+    /// How long it has worked so far, and whether it still does: on its step, or on packets that it passes on.
+    pub(crate) fn worked(&self, now: u64) -> (u64, bool) {
+        let busy = matches!(self.phase, Phase::Busy { .. });
+        let begun = if busy { now.saturating_sub(self.since) } else { 0 };
+        (self.time.busy().saturating_add(begun), busy || self.forwards_until > now)
     }
 
     /// Enters time in which it did not work.

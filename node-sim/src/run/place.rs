@@ -46,8 +46,11 @@ pub(crate) struct Place<'m, A> {
     memory: PhantomData<&'m ()>,
 }
 
-/// The time between questions for credit is doubled so often at most, as long as they bring nothing.
+/// The time between questions for credit is doubled so often, as long as they bring nothing.
 const REMINDERS_MAX: u32 = 6;
+/// From there on it is one in so many of the time that they have brought nothing for: what a node holds that is slower than all others is asked for
+/// seldom, and what is lost again and again costs little more than it has already.
+const REMINDERS_PART: u64 = 64;
 
 impl<'m, A: Actor<'m>> Place<'m, A> {
     /// Before the first event. Its links are numbered from `first`.
@@ -153,7 +156,8 @@ impl<'m, A: Actor<'m>> Place<'m, A> {
         if header.kind == PacketHeader::DATA && header.to() != self.here {
             let time = self.settings.profile.forwarding(bytes.len(), self.slow);
             self.state.keep(self.now, time);
-            self.state.forwards_until = self.state.forwards_until.max(self.now) + time;
+            self.state.forwards_until =
+                self.state.forwards_until.max(self.now).saturating_add(time);
             link.enters = self.state.forwards_until;
         }
         self.queue.push(link.enters.max(self.now), Event::Enter { packet });
@@ -259,7 +263,7 @@ impl<'m, A: Actor<'m>> Place<'m, A> {
         let faulty = self.settings.faults.of_links();
         if faulty {
             if data {
-                self.state.reminders = 0;
+                (self.state.reminders, self.state.left) = (0, self.now);
             }
             self.plan_reminder();
         }
@@ -379,7 +383,7 @@ impl<'m, A: Actor<'m>> Place<'m, A> {
             self.done(journal);
         } else {
             self.trace_step(journal, &time);
-            self.queue.push(self.now + busy, Event::Done);
+            self.queue.push(self.now.saturating_add(busy), Event::Done);
             self.serve(journal);
         }
     }
@@ -459,19 +463,28 @@ impl<'m, A: Actor<'m>> Place<'m, A> {
         self.serve(journal);
     }
 
+    /// Enters a look at overdue credit, unless one is entered that comes in good time.
     fn plan_reminder(&mut self) {
-        if !self.state.reminded {
-            self.state.reminded = true;
-            let RunSettings { link, faults, packet, .. } = &*self.settings;
-            let trip = link.latency + link.duration(usize::from(*packet));
-            // What is out after many questions is held by a node that takes its time, not lost.
-            let after = (8 * trip + 2 * faults.jitter) << self.state.reminders;
-            self.queue.push(self.now + after, Event::Remind);
+        let RunSettings { link, faults, packet, .. } = &*self.settings;
+        let trip = link.latency.saturating_add(link.duration(usize::from(*packet)));
+        let first = trip.saturating_mul(8).saturating_add(faults.jitter.saturating_mul(2));
+        // What is out after many questions is held by a node that takes its time, not lost.
+        let state = &mut self.state;
+        let vain = (self.now - state.left) / REMINDERS_PART;
+        let most = first.saturating_mul(1 << REMINDERS_MAX);
+        let after = first.saturating_mul(1 << state.reminders).max(vain);
+        if state.remind > self.now.saturating_add(after.max(most)) {
+            state.remind = self.now.saturating_add(after);
+            self.queue.push(state.remind, Event::Remind);
         }
     }
 
     fn remind(&mut self, journal: &mut Journal) {
-        self.state.reminded = false;
+        // An earlier one has taken the place of this.
+        if self.state.remind != self.now {
+            return;
+        }
+        self.state.remind = u64::MAX;
         self.state.reminders = (self.state.reminders + 1).min(REMINDERS_MAX);
         if self.router().remind() {
             self.plan_reminder();

@@ -1,5 +1,5 @@
 use super::*;
-use crate::{Crash, CrashReport, NodeTime, Rate, Switching};
+use crate::{Crash, CrashReport, NodeTime, Rate, Slow, Switching};
 use kiloray_core::network::{Channel, PacketHeader, Router, RouterSize, Topology};
 use kiloray_core::node::{Lack, Next, Progress, Time, Work};
 use kiloray_core::store::{Arena, CHUNK_BYTES, Chunk};
@@ -257,6 +257,27 @@ fn thousands_of_idle_nodes_cost_nothing() {
     assert_eq!(seen.all(), 10);
     // A call for each in the beginning, and a few events for each letter.
     assert!(seen.events < 4097 + 10 * 8, "{}", seen.events);
+}
+
+#[test]
+fn who_waits_for_a_slow_node_asks_it_for_credit_seldom() {
+    let slow = |factor| {
+        let mut settings = settings();
+        settings.faults.loss = Rate { count: 1, of: 1000 };
+        settings.faults.slow = vec![Slow { node: NodeId(1), factor }];
+        // Node 1 is at its own letter while those of node 0 take up its buffers.
+        let letters: Vec<_> =
+            (0..4).map(|i| letter(i, 0, 1, 100)).chain([letter(0, 1, 0, 4)]).collect();
+        run_with_work("line", 2, 1, &letters, settings, 1, 1)
+    };
+    let mut before = 0;
+    for factor in [1e6, 1e9, 1e12] {
+        let seen = slow(factor);
+        assert_eq!((seen.all(), seen.left), (5, 0));
+        assert!(seen.end as f64 >= factor, "{}", seen.end);
+        assert!(seen.events < before + 10_000, "{factor}: {} events", seen.events);
+        before = seen.events;
+    }
 }
 
 fn shapes() -> impl Strategy<Value = (&'static str, u32)> {

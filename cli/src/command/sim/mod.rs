@@ -140,6 +140,14 @@ pub(super) fn why_incomplete(end: End, options: &Options) -> Option<String> {
         End::Complete => None,
         End::Cancelled => Some("interrupted".into()),
         End::Lost(block) => Some(Why::NoneLives.lost(block)),
+        End::Slow(node) => {
+            let slow = options.faults.slow.iter().find(|slow| slow.node == node);
+            let factor = slow.map_or(1.0, |slow| slow.factor);
+            Some(format!(
+                "nothing moves any more but node {}, slow by a factor of {factor}, for which the others wait: give less in --slow",
+                node.0
+            ))
+        }
         End::Stuck => {
             let why = match heavy(options).as_slice() {
                 [] => "a mistake of Kiloray: please report the command".to_owned(),

@@ -1,5 +1,5 @@
 use clap::Parser;
-use kiloray_core::network::Topology;
+use kiloray_core::network::{NodeId, Topology};
 use kiloray_sim::{NodeTime, Outcome};
 
 use super::*;
@@ -55,6 +55,7 @@ fn a_run_that_was_stopped_has_no_efficiency() {
     for (end, why) in [
         (End::Cancelled, "is incomplete: interrupted"),
         (End::Stuck, "is incomplete: nothing moves any more"),
+        (End::Slow(NodeId(2)), "is incomplete: nothing moves any more but node 2, slow by"),
         (End::Lost(7), "is incomplete: block 7 is lost: no living node holds a copy"),
     ] {
         with_run("--nodes 4", end, |run| {
