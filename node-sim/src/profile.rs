@@ -149,13 +149,13 @@ impl Profile {
         ]
     }
 
-    /// The same in a scene: its lights are a part of each hit.
+    /// The same in a scene: `light` is the time of all estimates that a hit takes.
     pub(crate) fn in_scene(self, scene: &KiloView<'_>) -> Self {
         let estimates = estimates(scene, self.together);
-        Self { shading: self.shading + self.light * estimates as f64, ..self }
+        Self { light: self.light * estimates as f64, ..self }
     }
 
-    /// The time of an amount of work, by what it is, for a node that is slower by a factor.
+    /// The time of an amount of work [in a scene](Self::in_scene), by what it is, for a node that is slower by a factor.
     pub(crate) fn time(&self, work: &Work, slow: f64) -> NodeTime {
         let ns = |terms: &[(u32, f64)]| {
             // Most steps are of one kind.
@@ -180,7 +180,9 @@ impl Profile {
                 (work.bundle_ray_triangles, self.bundle_ray_triangle),
             ]),
             shade: ns(&[
-                (work.shadings, self.shading),
+                (work.shadings, self.shading + self.light),
+                // Its lights have been estimated before.
+                (work.shadings_again, self.shading),
                 (work.lights, self.light_bundle),
                 (work.light_samples, self.light_sample),
             ]),
@@ -328,9 +330,12 @@ mod tests {
     #[test]
     fn time_is_what_was_done_times_what_it_takes() {
         let work = Work { nodes: 3, shadings: 2, copied: 1000, ..Work::default() };
-        let time = Profile { node: 10.0, shading: 7.0, copy: 0.5, ..Profile::PC }.time(&work, 2.0);
-        assert_eq!((time.trace, time.shade, time.copies), (60, 28, 1000));
-        assert_eq!(time.busy(), 1088);
+        let profile = Profile { node: 10.0, shading: 7.0, light: 3.0, copy: 0.5, ..Profile::PC };
+        let time = profile.time(&work, 2.0);
+        assert_eq!((time.trace, time.shade, time.copies), (60, 40, 1000));
+        assert_eq!(time.busy(), 1100);
+        let again = Work { shadings_again: 5, ..work };
+        assert_eq!(profile.time(&again, 2.0).shade, 40 + 70);
         let asked = Work { lights: 3, light_samples: 4, ..Work::default() };
         let time =
             Profile { light_bundle: 5.0, light_sample: 2.0, ..Profile::PC }.time(&asked, 1.0);

@@ -335,6 +335,39 @@ fn a_node_that_would_take_for_ever_is_named() {
     }
 }
 
+#[test]
+fn shading_that_goes_on_takes_time_and_is_counted_apart() {
+    for (name, schedule) in [("cornell", Schedule::Hybrid), ("glass", Schedule::Data)] {
+        let file = scene(name, 1024);
+        let [little, much] = [24 << 10, 16 << 20].map(|memory| {
+            let mut options = options(&file, "line", 1);
+            (options.mesh.memory, options.mesh.schedule) = (memory, schedule);
+            options.mesh.settings.shadow_samples = 16;
+            same(&file, &options).report.nodes.remove(0)
+        });
+        // Each hit is one, however often it was interrupted.
+        assert_eq!(little.work.shadings, much.work.shadings, "{name}");
+        let again = [&little, &much].map(|node| node.work.shadings_again);
+        assert!(again[0] > 4 * again[1].max(1), "{name}: {again:?} of {}", much.work.shadings);
+        assert!(little.work.light_samples >= much.work.light_samples, "{name}");
+        for node in [&little, &much] {
+            let (work, profile) = (&node.work, Profile::PC);
+            let hits = work.shadings + work.shadings_again;
+            let estimates = work.shadings * estimates(&file.view(), true) as u64;
+            let ns: f64 = [
+                (hits, profile.shading),
+                (estimates, profile.light),
+                (work.lights, profile.light_bundle),
+                (work.light_samples, profile.light_sample),
+            ]
+            .map(|(count, each)| count as f64 * each)
+            .iter()
+            .sum();
+            assert!((node.time.shade as f64 - ns).abs() <= 0.5 * node.steps as f64, "{name}");
+        }
+    }
+}
+
 /// A mesh in which everything is chosen by chance.
 fn any_options(file: &KiloFile) -> impl Strategy<Value = Options> {
     let view = file.view().views()[0];

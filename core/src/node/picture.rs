@@ -154,6 +154,11 @@ impl<'a, T: Tracer, C: Scratch> Picture<'a, T, C> {
                     self.shader.shadow_rays(self.tracer, point, bundle, *next, ahead);
                     *first = *next;
                     *next = (*made).min(first.saturating_add(ahead.len())).max(*first);
+                    #[cfg(feature = "bundles")]
+                    {
+                        let again = next.wrapping_sub(*first);
+                        work.light_samples = work.light_samples.saturating_add(again);
+                    }
                     match lights.take(counts) {
                         Some(shadow) => return Some(Lit::By(shadow)),
                         None => continue,

@@ -21,13 +21,13 @@ impl<W: World> Node<'_, W> {
     /// `s = 0` need none and end. If only rays with `s ≥ k` are left at a node and none can go on, take the one that got its slot last: since then no slot was
     /// taken, so `k` are free at least, and a child with `k - 1` may have one. Rays that are away end likewise elsewhere, or after so many
     /// refusals in the slot that they have here (rule 8).
-    fn reserve(&self, ray: &PathRay) -> usize {
+    fn reserve(&self, task: Task, depth: u32) -> usize {
         if !self.keeps(Rule::Reserve) {
             return 0;
         }
-        let splits = self.world.splits(ray.depth());
+        let splits = self.world.splits(depth);
         let splits = if self.keeps(Rule::ReserveByDepth) { splits } else { splits.min(1) };
-        match ray.task() {
+        match task {
             Task::Shadow => 0,
             Task::Lights => self.settings.schedule.reserve(0),
             Task::Path | Task::Hit => self.settings.schedule.reserve(splits),
@@ -35,7 +35,7 @@ impl<W: World> Node<'_, W> {
     }
 
     pub(super) fn may_take_slot(&self, ray: &PathRay) -> bool {
-        self.free_len > self.reserve(ray)
+        self.free_len > self.reserve(ray.task(), ray.depth())
     }
 
     /// Takes a slot for a ray of a root.
@@ -177,7 +177,9 @@ impl<W: World> Node<'_, W> {
         }
         let (light, point) = self.world.arrive(&slot.ray, &slot.best);
         let only_lights = slot.ray.task() == Task::Lights;
-        if !begun {
+        if begun {
+            self.note_shading_again();
+        } else {
             self.work.shadings = self.work.shadings.saturating_add(1);
             if point.as_ref().is_some_and(|point| self.lives_elsewhere(&slot, point)) {
                 if !self.keeps(Rule::WholeAnswer) {
@@ -244,8 +246,21 @@ impl<W: World> Node<'_, W> {
         true
     }
 
+    /// Counts a hit whose shading goes on.
+    fn note_shading_again(&mut self) {
+        #[cfg(feature = "bundles")]
+        {
+            self.work.shadings_again = self.work.shadings_again.saturating_add(1);
+        }
+    }
+
     /// Tries again to give the second child its slot.
     fn split(&mut self, number: u16, slot: RaySlot) -> bool {
+        // As for the child, which is to be found for it.
+        if self.free_len <= self.reserve(Task::Path, slot.ray.depth().saturating_add(1)) {
+            return false;
+        }
+        self.note_shading_again();
         let (_, point) = self.world.arrive(&slot.ray, &slot.best);
         let Some(point) = point else {
             self.free_slot(number);

@@ -87,9 +87,11 @@ pub struct Work<N = u32> {
     pub bundle_ray_triangles: N,
     /// Hits shaded: their material, children and choice of lights.
     pub shadings: N,
+    /// Hits whose shading was interrupted for lack of room, and has gone on: their surfaces and materials are found anew.
+    pub shadings_again: N,
     /// Lights that were asked: each a bundle of shadow rays.
     pub lights: N,
-    /// Shadow rays made: places on lights and their weights.
+    /// Shadow rays made: places on lights and their weights. Those that are made again for the rest of an interrupted bundle count again.
     pub light_samples: N,
     /// Bundles of shadow rays clipped against the tree, to prefetch or to skip them.
     pub clips: N,
@@ -116,6 +118,7 @@ impl<N: Into<u64>> AddAssign<Work<N>> for Work<u64> {
         self.bundle_ray_triangles =
             self.bundle_ray_triangles.saturating_add(more.bundle_ray_triangles.into());
         self.shadings = self.shadings.saturating_add(more.shadings.into());
+        self.shadings_again = self.shadings_again.saturating_add(more.shadings_again.into());
         self.lights = self.lights.saturating_add(more.lights.into());
         self.light_samples = self.light_samples.saturating_add(more.light_samples.into());
         self.clips = self.clips.saturating_add(more.clips.into());
