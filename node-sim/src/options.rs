@@ -21,7 +21,7 @@ pub struct Options {
     pub profile: Profile,
     /// What goes wrong.
     pub faults: Faults,
-    /// Of the faults.
+    /// Of the faults of links; that of the picture is in [`MeshOptions::settings`].
     pub seed: u64,
     /// Most events of a trace to keep, the first ones; 0 for no trace.
     pub trace: usize,
@@ -80,7 +80,7 @@ pub enum Switching {
     CutThrough,
 }
 
-/// What goes wrong. All of it follows from the seed.
+/// What goes wrong. All of it follows from [`Options::seed`].
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Faults {
     /// Of the packets, on each link.

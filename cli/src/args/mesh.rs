@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use super::{
     Division,
-    options::{BLOCK_MIN, whole},
+    options::{BLOCK_MIN, seed, whole},
     size::parse_bytes,
     units::{Part, parse_link_time, parse_part, parse_rate, parse_time},
 };
@@ -54,6 +54,9 @@ pub(crate) struct Mesh {
     /// A node that crashes at a time of the run, as in 5@2ms (repeatable)
     #[arg(long, value_name = "NODE@TIME", value_delimiter = ',', help_heading = "Faults")]
     pub(crate) crash: Vec<Crash>,
+    /// Which packets are lost, doubled and late: the same seed gives the same ones, whatever --seed says [default: that of --seed]
+    #[arg(long, value_name = "N", value_parser = seed, allow_hyphen_values = true, help_heading = "Faults")]
+    pub(crate) fault_seed: Option<u64>,
 }
 
 /// Whether any option of a mesh was typed.

@@ -202,7 +202,7 @@ fn samples(text: &str) -> Result<u32, String> {
     whole(text, 1, Settings::SAMPLES_MAX)
 }
 
-fn seed(text: &str) -> Result<u64, String> {
+pub(super) fn seed(text: &str) -> Result<u64, String> {
     text.parse().map_err(|_| format!("write a whole number from 0 to {}", u64::MAX))
 }
 

@@ -72,6 +72,29 @@ fn the_json_has_what_scripts_rely_on() {
 }
 
 #[test]
+fn faults_have_a_seed_of_their_own() {
+    let folder = Folder::new();
+    let run = |seeds: &str| {
+        let faults = "--nodes 4 --topology ring --memory 64KiB --loss 1/20 --no-baseline";
+        let run = folder.sim(&format!("cornell {SMALL} {faults} {seeds}"));
+        let text = |name: &str| run[name].as_str().unwrap().to_owned();
+        (text("image_hash"), text("fingerprint"), run["options"]["fault_seed"].as_u64().unwrap())
+    };
+    // Where nothing is said it is the picture's.
+    let (picture, events, seed) = run("--seed 7");
+    assert_eq!(seed, 7);
+    assert_eq!(run("--seed 7 --fault-seed 7"), (picture.clone(), events.clone(), 7));
+    // With another one others are lost, of the same picture.
+    let other = run("--seed 7 --fault-seed 18446744073709551615");
+    assert_eq!((&other.0, other.2), (&picture, u64::MAX));
+    assert_ne!(other.1, events);
+    assert_ne!(run("--fault-seed 7").0, picture);
+    let line = format!("sim cornell {SMALL} --nodes 2 --no-baseline --seed 1 --fault-seed");
+    let told = folder.run(&format!("{line} 2")).done().out();
+    assert!(told.contains("seed 1, of faults 2"), "{told}");
+}
+
+#[test]
 fn a_person_is_told_what_it_cost() {
     let folder = Folder::new();
     let told = folder
@@ -186,6 +209,7 @@ fn senseless_meshes_are_refused_in_one_line() {
         ("--schedule fast", "demand"),
         ("--placement anywhere", "round-robin"),
         ("--loss 2", "between 0 and 1"),
+        ("--fault-seed -1", "a whole number from 0"),
         ("--loss 1 --nodes 2", "lost"),
         ("--crash 5", "5@2ms"),
         ("--crash 5@2", "ns, us, ms or s"),

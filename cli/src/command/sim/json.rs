@@ -123,6 +123,7 @@ impl Run<'_> {
         options["loss"] = json!(rate(o.faults.loss));
         options["duplicate"] = json!(rate(o.faults.duplicate));
         options["jitter"] = json!(o.faults.jitter);
+        options["fault_seed"] = json!(o.seed);
         options
     }
 }

@@ -30,7 +30,7 @@ pub(in crate::command) fn options(sim: &args::Sim, scene: &Scene) -> Outcome<Opt
     let divided = division::options(common, &mesh.division, bounds, topology, &scene.file.view())?;
     let view = framing::fitted(view, bounds.width, bounds.height);
     let mut options = on(divided, view, mesh)?;
-    options.seed = common.seed;
+    options.seed = mesh.fault_seed.unwrap_or(common.seed);
     options.trace = if sim.trace.is_some() { TRACE_EVENTS } else { 0 };
     options.threads = threads(sim);
     Ok(options)
@@ -72,7 +72,9 @@ pub(in crate::command) fn baseline(options: &Options) -> Outcome<Options> {
         owned_in_arena: false,
         ..options.mesh
     };
-    Ok(Options { mesh, faults: Faults::default(), trace: 0, threads: 1, ..options.clone() })
+    // Without faults their seed is none: baselines of runs that differ by it alone are one.
+    let faults = Faults::default();
+    Ok(Options { mesh, faults, seed: 0, trace: 0, threads: 1, ..options.clone() })
 }
 
 /// An error of the simulator with these options: exit code 2 where it is about what was typed.

@@ -194,6 +194,7 @@ fn the_run(page: &mut Page, run: &Run<'_>, shown: &Shown<'_>) {
         ("points live with", format!("{:?}", o.mesh.points).to_lowercase()),
         ("prefetch", division::prefetch(o.mesh.prefetch)),
         ("copies of a block", o.mesh.replicas.to_string()),
+        ("seed of faults", o.seed.to_string()),
         ("simulated in", format!("{:.2} s, {} events", run.done.all_s, count(report.events))),
         ("hash of the pixels", run.done.image_hash.clone()),
         ("hash of the events", report.fingerprint.clone()),

@@ -62,7 +62,13 @@ pub(super) fn print(run: &Run<'_>, path: &Path, saved: &Saved) -> Outcome {
     if let Some(faults) = faults(run) {
         line(format_args!("faults     {faults}"))?;
     }
-    line(format_args!("simulated  in {:.2} s, seed {}", done.all_s, run.options.seed))?;
+    let of_faults = run.sim.mesh.fault_seed.map(|seed| format!(", of faults {seed}"));
+    line(format_args!(
+        "simulated  in {:.2} s, seed {}{}",
+        done.all_s,
+        run.options.mesh.settings.seed,
+        of_faults.unwrap_or_default()
+    ))?;
     match &run.sim.common.report {
         Some(folder) => line(format_args!("report     {}", folder.join("index.html").display())),
         None => Ok(()),
