@@ -368,6 +368,23 @@ fn shading_that_goes_on_takes_time_and_is_counted_apart() {
     }
 }
 
+#[test]
+fn steps_of_a_trace_end_with_their_node_and_take_its_time() {
+    let file = scene("glass", 1024);
+    let mut options = options(&file, "ring", 5);
+    (options.mesh.replicas, options.profile, options.trace) = (2, Profile::T800, usize::MAX);
+    // It dies in the midst of a step: they take milliseconds.
+    options.faults.crashes = vec![Crash { node: NodeId(2), at: 1_000_000 }];
+    let report = same(&file, &options).report;
+    for node in &report.nodes {
+        let steps = report.trace.iter().filter(|step| step.node == node.node);
+        let end = node.crashed_ns.unwrap_or(report.virtual_ns);
+        assert!(steps.clone().all(|step| step.start_ns + step.duration_ns <= end));
+        let busy: u64 = steps.map(|step| step.duration_ns).sum();
+        assert_eq!(busy, node.time.busy(), "{}", node.node);
+    }
+}
+
 /// A mesh in which everything is chosen by chance.
 fn any_options(file: &KiloFile) -> impl Strategy<Value = Options> {
     let view = file.view().views()[0];

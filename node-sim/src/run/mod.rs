@@ -224,6 +224,12 @@ impl<'m, N: Actor<'m> + Send, H: Actor<'m> + Send> Run<'m, N, H> {
         self.nodes.iter_mut().for_each(|node| node.settle(self.now, journal));
         self.host.settle(self.now, journal);
         self.take_down();
+        // Steps that were cut short, by a death or by the end.
+        for step in &mut self.trace {
+            let died = self.nodes[usize::from(step.node)].faults.crashes.first();
+            let end = died.map_or(self.now, |crash| crash.at_ns);
+            step.duration_ns = step.duration_ns.min(end.saturating_sub(step.start_ns));
+        }
     }
 
     /// What became of packets and nodes.
