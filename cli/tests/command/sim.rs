@@ -132,6 +132,8 @@ fn a_crash_behind_the_end_is_said_not_to_have_been() {
     assert!(late.starts_with("note: node 2 did not crash: the run was over at "), "{late}");
     let both = told(&format!("sim {line} --crash 3@9s,2@10s"));
     assert!(both.starts_with("note: nodes 3 and 2 did not crash"), "{both}");
+    let twice = told(&format!("sim {line} --crash 3@9s,2@10s,3@10s"));
+    assert!(twice.starts_with("note: nodes 3 and 2 did not crash"), "{twice}");
     for crash in ["--crash 3@1us", "--crash 2@10s --quiet"] {
         assert_eq!(told(&format!("sim {line} {crash}")), "", "{crash}");
     }
@@ -163,7 +165,12 @@ fn heavy_faults_of_links_are_noted_before_the_run() {
     let heavy = told("--loss 0.3 --jitter 1ms");
     assert!(heavy.starts_with("note: ") && heavy.contains("--loss and --jitter"), "{heavy}");
     assert_eq!(heavy.lines().count(), 1, "{heavy}");
-    for light in ["--loss 0.1", "--loss 0.2 --jitter 50us", "--loss 0.3 --quiet"] {
+    for light in [
+        "--jitter 1us --link-latency 0ns",
+        "--loss 0.1",
+        "--loss 0.2 --jitter 50us",
+        "--loss 0.3 --quiet",
+    ] {
         assert_eq!(told(light), "", "{light}");
     }
 }

@@ -15,6 +15,7 @@ mod trace;
 
 use std::{path::PathBuf, sync::atomic::Ordering};
 
+use kiloray_core::network::PacketHeader;
 use kiloray_sim::{End, LineReport, LinkReport, Options, Report};
 
 use self::{
@@ -163,7 +164,8 @@ pub(super) fn why_incomplete(end: End, options: &Options) -> Option<String> {
 
 /// Faults of links that were asked for, and may be more than a run survives: one packet in five lost, or a delay of many times the latency.
 fn heavy(options: &Options) -> Vec<&'static str> {
-    let (faults, latency) = (&options.faults, options.link.latency);
+    // Over a link without latency a packet takes time as well.
+    let (faults, latency) = (&options.faults, options.link.bundle_age(PacketHeader::BYTES) / 2);
     let loss = u64::from(faults.loss.count) * LOSS_HEAVY > faults.loss.of.into();
     let jitter = faults.jitter > latency.saturating_mul(JITTER_HEAVY);
     [("--loss", loss), ("--jitter", jitter)]

@@ -104,8 +104,12 @@ fn time(run: &Run<'_>) -> String {
 pub(in crate::command) fn spared(report: &Report, options: &Options) -> Option<String> {
     let has_crashed = |node: NodeId| report.faults.crashes.iter().any(|crash| crash.node == node.0);
     let mut spared: Vec<_> = options.faults.crashes.iter().map(|crash| crash.node).collect();
-    spared.retain(|&node| !has_crashed(node));
-    spared.dedup();
+    let mut named = Vec::new();
+    spared.retain(|&node| {
+        let is_new = !named.contains(&node);
+        named.push(node);
+        is_new && !has_crashed(node)
+    });
     let (last, others) = spared.split_last()?;
     let others: Vec<_> = others.iter().map(|node| node.0.to_string()).collect();
     let nodes = match others.as_slice() {
