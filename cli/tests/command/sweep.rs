@@ -54,6 +54,21 @@ fn all_combinations_are_in_the_table_in_order_and_to_the_byte() {
 }
 
 #[test]
+fn efficiency_and_losses_of_a_point_are_all_of_its_time() {
+    let folder = Folder::new();
+    let line = "--over slow=1:1,1:3 --nodes 4 --topology line --profile t800";
+    folder.run(&format!("sweep cornell {SMALL} {line} -o s")).done();
+    let table = lines(&folder, "s/sweep.csv");
+    let is_part = |head: &str| head == "efficiency" || head.starts_with("lost_");
+    for row in &table[1..] {
+        let parts =
+            table[0].iter().zip(row).filter(|(head, text)| is_part(head) && !text.is_empty());
+        let sum: f64 = parts.map(|(_, text)| text.parse::<f64>().unwrap()).sum();
+        assert!((sum - 1.0).abs() < 1e-6, "{sum}");
+    }
+}
+
+#[test]
 fn an_axis_stands_as_typed_and_in_bytes() {
     let folder = Folder::new();
     let line = "sweep cornell --over memory=128KiB,256KiB --nodes 2 --no-baseline";

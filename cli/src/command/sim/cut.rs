@@ -44,7 +44,9 @@ pub(in crate::command) fn worst(report: &Report, bandwidth: u64) -> Option<Cut> 
         }
     }
     let bound = |links: u64, bytes: u64| {
-        (bytes as f64 * 1e9 / (links as f64 * bandwidth as f64)).round() as u64
+        let ns = (bytes as f64 * 1e9 / (links as f64 * bandwidth as f64)).round() as u64;
+        // The last packets may not be through when the picture is there.
+        ns.min(report.virtual_ns)
     };
     cuts.into_iter()
         .filter(|&(_, links, _)| links > 0)

@@ -35,7 +35,7 @@ impl Run<'_> {
             "lost_block": outcome.lost(),
             "mesh_s": self.done.mesh_s,
             "virtual_time_s": seconds(report.virtual_ns),
-            "virtual_time_one_node_s": self.done.baseline.map(|one| seconds(one.virtual_ns)),
+            "virtual_time_one_node_s": self.done.compared().map(|one| seconds(one.virtual_ns)),
             "efficiency": self.done.efficiency(),
             "skipped": report::skipped_json(self.scene, &counts.shade),
             "messages": {
@@ -68,7 +68,7 @@ impl Run<'_> {
             },
             "points": points_json(report),
             "tiles": report.tiles,
-            "lost": losses_json(&lost(report, self.done.baseline.as_ref())),
+            "lost": losses_json(&lost(report, self.done.compared())),
             "bounds_s": bounds,
             "latencies": report.latencies,
             "faults": report.faults,

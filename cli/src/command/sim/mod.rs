@@ -210,7 +210,7 @@ impl<'a> Run<'a> {
 
     /// See [`bounds`].
     fn bounds(&self) -> Vec<Bound> {
-        bounds(&self.done.outcome.report, self.done.baseline.as_ref(), self.cut.as_ref())
+        bounds(&self.done.outcome.report, self.done.compared(), self.cut.as_ref())
     }
 }
 

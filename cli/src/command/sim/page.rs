@@ -83,7 +83,7 @@ fn lost_time(page: &mut Page, run: &Run<'_>) {
             ("tracing and shading".to_owned(), part(time.trace + time.shade, all))
         }
     };
-    let mut losses = lost(report, run.done.baseline.as_ref());
+    let mut losses = lost(report, run.done.compared());
     losses.sort_by(|a, b| b.part.total_cmp(&a.part));
     let mut parts = vec![(useful.0, percent(useful.1), useful.1)];
     parts.extend(losses.iter().map(|loss| (loss.words.to_owned(), percent(loss.part), loss.part)));
@@ -116,7 +116,7 @@ fn lower_bounds(page: &mut Page, run: &Run<'_>) {
     rows.push(Bar::new("measured", duration(report.virtual_ns), report.virtual_ns as f64));
     page.heading("Lower bounds, and what was measured");
     page.bars(&rows);
-    if run.done.baseline.is_some() {
+    if run.done.compared().is_some() {
         page.soft(
             "The work of one node is that of another run, with other tiles: a bound but for a few per cent.",
         );

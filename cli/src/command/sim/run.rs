@@ -45,8 +45,13 @@ impl Done {
 
     /// T1 / (nodes × TN), where both are known.
     pub(in crate::command) fn efficiency(&self) -> Option<f64> {
-        let baseline = self.baseline.as_ref().filter(|_| self.outcome.is_complete())?;
-        Some(lost::efficiency(&self.outcome.report, baseline))
+        Some(lost::efficiency(&self.outcome.report, self.compared()?))
+    }
+
+    /// The one-node run, where the picture is complete: a part of one is not compared with all of it. (Whether the one node had come to its end when
+    /// a mesh was given up is chance.)
+    pub(in crate::command) fn compared(&self) -> Option<&Baseline> {
+        self.baseline.as_ref().filter(|_| self.outcome.is_complete())
     }
 }
 

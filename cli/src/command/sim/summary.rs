@@ -29,7 +29,7 @@ pub(super) fn print(run: &Run<'_>, path: &Path, saved: &Saved) -> Outcome {
     ))?;
     line(format_args!("mesh       {}", mesh(run)))?;
     line(format_args!("time       {}", time(run)))?;
-    let mut losses = lost(report, done.baseline.as_ref());
+    let mut losses = lost(report, done.compared());
     losses.retain(|loss| loss.part >= WORTH);
     losses.sort_by(|a, b| b.part.total_cmp(&a.part));
     let losses: Vec<_> =
@@ -90,7 +90,7 @@ pub(super) fn mesh(run: &Run<'_>) -> String {
 
 fn time(run: &Run<'_>) -> String {
     let virtual_time = format!("{} of virtual time", duration(run.done.outcome.report.virtual_ns));
-    match (&run.done.baseline, run.done.efficiency()) {
+    match (run.done.compared(), run.done.efficiency()) {
         (Some(one), Some(efficiency)) => format!(
             "{virtual_time}; one node takes {}: {:.1} times as fast, efficiency {efficiency:.3}",
             duration(one.virtual_ns),

@@ -60,12 +60,29 @@ fn a_run_that_was_stopped_has_no_efficiency() {
     ] {
         with_run("--nodes 4", end, |run| {
             assert_eq!(run.done.efficiency(), None);
-            assert!(run.as_json()["efficiency"].is_null());
+            let json = run.as_json();
+            // Nor is a part of a picture compared with all of it otherwise.
+            assert!(json["efficiency"].is_null() && json["virtual_time_one_node_s"].is_null());
+            assert!(json["lost"]["repeated"].is_null() && json["bounds_s"]["work"].is_null());
+            assert!(
+                json["lost"].as_object().unwrap().values().all(|part| part.as_f64() >= Some(0.0))
+            );
             assert_eq!(run.as_json()["complete"], false);
             let shown = html::Shown::new(&run.done.outcome.picture, args::Exposure::Auto).unwrap();
             assert!(page::page(run, &shown).contains(why), "{why}");
         });
     }
+}
+
+#[test]
+fn a_cut_is_crossed_within_the_run() {
+    // The last packets were on their way when it ended.
+    let report = fixture::report(&topology("line", 8));
+    let cut = cut::worst(&report, 1_000).unwrap();
+    assert_eq!(
+        (cut.name.as_str(), cut.bytes, cut.bound_ns),
+        ("out of x above 6", 7000, report.virtual_ns)
+    );
 }
 
 #[test]

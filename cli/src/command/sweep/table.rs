@@ -28,7 +28,7 @@ pub(super) struct Row {
 }
 
 /// Columns after the axes: their names, with units where they have one, and where they are in the JSON.
-const COLUMNS: [(&str, &str); 46] = [
+const COLUMNS: [(&str, &str); 48] = [
     ("nodes", "/nodes"),
     ("topology", "/options/topology"),
     ("memory_bytes", "/memory/limit"),
@@ -43,6 +43,7 @@ const COLUMNS: [(&str, &str); 46] = [
     ("lost_data", "/lost/data"),
     ("lost_answers", "/lost/answers"),
     ("lost_credit", "/lost/credit"),
+    ("lost_master", "/lost/master"),
     ("lost_imbalance", "/lost/imbalance"),
     ("lost_messages", "/lost/messages"),
     ("lost_refused", "/lost/refused"),
@@ -51,6 +52,7 @@ const COLUMNS: [(&str, &str); 46] = [
     ("lost_clip", "/lost/clip"),
     ("lost_repeated", "/lost/repeated"),
     ("lost_crashed", "/lost/crashed"),
+    ("lost_slow", "/lost/slow"),
     ("rays_primary", "/rays/primary"),
     ("rays_shadow", "/rays/shadow"),
     ("rays_specular", "/rays/specular"),
