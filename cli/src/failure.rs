@@ -108,6 +108,13 @@ pub(crate) fn warn(message: &str) {
     say("note", message);
 }
 
+/// The same, where there is something to say.
+pub(crate) fn note(message: Option<&str>, quiet: bool) {
+    if let Some(message) = message.filter(|_| !quiet) {
+        warn(message);
+    }
+}
+
 /// Says of a picture that some of its light could not be counted.
 pub(crate) fn warn_of_overflows(pixels: u64, quiet: bool) {
     if pixels > 0 && !quiet {

@@ -8,6 +8,7 @@ mod completions;
 mod division;
 mod engine;
 mod files;
+mod frames;
 #[cfg(feature = "host")]
 mod host;
 mod html;

@@ -3,7 +3,7 @@ use std::{
     time::Instant,
 };
 
-use super::{engine, html, report::Run};
+use super::{engine, frames, html, report::Run};
 use crate::{
     args,
     console::{bytes, count, line},
@@ -23,13 +23,15 @@ pub(super) fn run(arguments: &args::Render) -> Outcome {
     }
 
     let block = engine::default_block(common.memory);
-    let scene =
+    let mut scene =
         scene::load(&arguments.scene, common.block, block, quiet)?.with_view(common.view.as_ref());
     let options = engine::options(common, scene.choose_view(common.view.as_ref())?)?;
     let path =
         arguments.output.clone().unwrap_or_else(|| PathBuf::from(format!("{}.png", scene.name)));
     // Whether all can be written shows before the work.
     kiloray_render::plan(&scene.file.view(), &options).map_err(engine::refused)?;
+    let few_frames = frames::of_node(&scene.file.view(), &options);
+    scene.notes.extend(few_frames);
     let output = Output::create(&path)?;
     let json_out = common.json.as_deref().map(Output::create).transpose()?;
     let page = common.report.as_deref().map(html::Files::create).transpose()?;

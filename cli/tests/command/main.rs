@@ -6,6 +6,7 @@ mod calibrate;
 mod cluster;
 mod compare;
 mod compile;
+mod frames;
 #[cfg(feature = "host")]
 mod host;
 mod hosts;

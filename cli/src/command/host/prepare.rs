@@ -8,7 +8,7 @@ use kiloray_render::{MeshOptions, framing};
 use crate::{
     args::{self, Bounds, Common, Division, Top},
     command::{
-        division,
+        division, frames,
         node::{refused, refused_with},
     },
     failure::{Failure, Outcome},
@@ -48,6 +48,8 @@ pub(super) fn prepare(host: &args::Host) -> Outcome<Prepared> {
     // What cannot be is found before there are processes.
     let job = Job::new(&prepared.config, &prepared.scene.file.view())
         .map_err(|error| refused_with(error, prepared.options.packet))?;
+    let few_frames = frames::of_mesh(&prepared.scene.file.view(), &prepared.options);
+    prepared.scene.notes.extend(few_frames);
     prepared.options = job.layout.resolved(&prepared.options);
     Ok(prepared)
 }

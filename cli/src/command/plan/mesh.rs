@@ -6,13 +6,13 @@ use kiloray_sim::{Error, MeshOptions, MeshPlan, NodeShare, Options, plan};
 use serde_json::json;
 
 use super::{
-    super::{division, mesh, sim},
+    super::{division, frames, mesh, sim},
     budget_json, too_small,
 };
 use crate::{
     args::{self, BLOCK_MIN, Bounds},
     console::{bytes, count, line, lines},
-    failure::{Failure, Outcome},
+    failure::{self, Failure, Outcome},
     output::Output,
     scene::{self, Scene},
 };
@@ -36,6 +36,7 @@ pub(super) fn run(arguments: &args::Plan) -> Outcome {
     let follows = arguments.block.is_none() && scene.stats.is_some();
     let least = if follows { least(arguments, topology, mesh.least, block) } else { mesh.least };
     let (number, fullest) = fullest(&mesh)?;
+    failure::note(frames::of_mesh(&file, &options.mesh).as_deref(), to_standard);
 
     let within = MeshOptions { owned_in_arena: true, ..options.mesh };
     let in_arena = Options { mesh: within, ..options.clone() };

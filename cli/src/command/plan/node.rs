@@ -2,11 +2,14 @@ use kiloray_core::{render::Neighbours, shade::Settings};
 use kiloray_render::{Error, Options};
 use serde_json::json;
 
-use super::{super::engine, budget_json, too_small};
+use super::{
+    super::{engine, frames},
+    budget_json, too_small,
+};
 use crate::{
     args,
     console::{line, lines},
-    failure::Outcome,
+    failure::{self, Outcome},
     output::Output,
     scene,
 };
@@ -37,6 +40,7 @@ pub(super) fn run(arguments: &args::Plan) -> Outcome {
         .budget(options.memory.unwrap_or(usize::MAX))
         .map_err(|error| too_small(arguments, &error, 0))?;
     let file = scene.file.view();
+    failure::note(frames::of_node(&file, &options).as_deref(), to_standard);
     let owned = file.header().blocks_at;
     if let Some(output) = json_out {
         let value = json!({

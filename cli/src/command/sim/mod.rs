@@ -29,7 +29,7 @@ pub(super) use self::{
     summary::spared,
 };
 use super::{
-    division, html,
+    division, frames, html,
     mesh::{self, Line, Why},
 };
 use crate::{
@@ -67,8 +67,10 @@ pub(super) fn run(sim: &args::Sim) -> Outcome {
     }
     // What makes no sense is said before the scene is read.
     sim.mesh.division.topology().map_err(Failure::usage)?;
-    let scene = load(sim, quiet)?;
+    let mut scene = load(sim, quiet)?;
     let options = options(sim, &scene)?;
+    let few_frames = frames::of_mesh(&scene.file.view(), &options.mesh);
+    scene.notes.extend(few_frames);
     let path = sim.output.clone().unwrap_or_else(|| PathBuf::from(format!("{}.png", scene.name)));
     let cancel = interrupt::gentle();
     // Whether all can be written shows before the work.
@@ -120,9 +122,7 @@ pub(super) fn run(sim: &args::Sim) -> Outcome {
     if !quiet && !to_standard {
         summary::print(&run, &path, &saved)?;
     }
-    if let Some(spared) = spared(&done.outcome.report, &options).filter(|_| !quiet) {
-        failure::warn(&spared);
-    }
+    failure::note(spared(&done.outcome.report, &options).as_deref(), quiet);
     failure::warn_of_overflows(done.outcome.overflows, quiet);
     match why_incomplete(done.outcome.end, &options) {
         Some(why) => {
