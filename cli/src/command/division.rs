@@ -1,5 +1,7 @@
 //! From what was typed of a mesh to how a run is divided.
 
+use std::iter::successors;
+
 use kiloray_core::{block::KiloView, network::Topology, node, shade::Settings};
 use kiloray_render::MeshOptions;
 use serde::Serialize;
@@ -19,13 +21,20 @@ pub(super) fn memory(common: &Common) -> u64 {
 /// Size of a block where nothing is said, for nodes of this memory: the least whose square is twice the memory, from 1 to 16 KiB. Great blocks leave few
 /// frames and fill links; small ones come often, each with its message (`docs/measurements.md`, "The size of a block").
 pub(super) fn default_block(memory: u64) -> u32 {
-    let suits = |block: &u32| memory <= suited_by(*block);
-    [1 << 10, 2 << 10, 4 << 10, 8 << 10].into_iter().find(suits).unwrap_or(16 << 10)
+    sizes().find(|&block| memory <= suited_by(block)).unwrap_or(BLOCK_MAX)
+}
+
+/// The greatest block where nothing is said.
+const BLOCK_MAX: u32 = 16 << 10;
+
+/// The sizes of blocks where nothing is said.
+pub(super) fn sizes() -> impl Iterator<Item = u32> {
+    successors(Some(BLOCK_MIN), |size| size.checked_mul(2)).take_while(|&size| size <= BLOCK_MAX)
 }
 
 /// The greatest memory that blocks of this size suit.
 pub(super) fn suited_by(block: u32) -> u64 {
-    u64::from(block).pow(2) / 2
+    if block >= BLOCK_MAX { u64::MAX } else { u64::from(block).pow(2) / 2 }
 }
 
 /// How a picture is divided among the nodes of a topology.

@@ -9,8 +9,9 @@ use kiloray_core::{
 };
 use kiloray_render::{Control, Error, Lanes, MeshOptions, Options, Rendered, framing};
 
+use super::division;
 use crate::{
-    args::{BLOCK_MIN, Bounds, Common},
+    args::{BLOCK_MIN, Bounds, Common, size::typed},
     console::{bytes, count},
     failure::{Failure, Outcome},
     memory,
@@ -69,14 +70,15 @@ pub(super) fn render(scene: &Scene, options: &Options, quiet: bool) -> Outcome<R
 /// An error of the renderer in one line.
 pub(super) fn refused(error: Error) -> Failure {
     match error {
-        Error::Budget(error) => too_small(&error, 0),
+        Error::Budget(error) => too_small(&error, error.need(), 0),
         Error::Picture(error) => Failure::usage(error),
         other => Failure::new(other),
     }
 }
 
-/// What is needed and what there is. `packet` is what was asked for, 0 for nothing: then it is as small as it may be.
-pub(super) fn too_small(error: &BudgetError, packet: u16) -> Failure {
+/// What is needed and what there is: `least` bytes, which may have blocks of another size. `packet` is what was asked for, 0 for nothing: then it is as
+/// small as it may be.
+pub(super) fn too_small(error: &BudgetError, least: usize, packet: u16) -> Failure {
     let lines: Vec<_> = error
         .lines()
         .filter(|line| line.need > 0)
@@ -94,10 +96,15 @@ pub(super) fn too_small(error: &BudgetError, packet: u16) -> Failure {
         Some(Line::Tables) => "more nodes to share the blocks",
         _ => "smaller blocks with --block",
     };
+    let block = |memory: usize| typed(division::default_block(memory as u64).into());
+    let other = if least == error.need() {
+        String::new()
+    } else {
+        format!(", which get blocks of {} instead of {}", block(least), block(error.memory))
+    };
     Failure::new(format_args!(
-        "--memory {}: too small, at least {} bytes are needed (has of needs: {}); give more, or {advice}",
+        "--memory {}: too small, at least {least} bytes are needed{other} (has of needs: {}); give more, or {advice}",
         bytes(error.memory as u64),
-        error.need(),
         lines.join(", ")
     ))
 }

@@ -13,6 +13,7 @@ mod frames;
 mod host;
 mod html;
 mod latencies;
+mod least;
 mod mesh;
 #[cfg(feature = "host")]
 mod node;

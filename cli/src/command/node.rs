@@ -42,7 +42,7 @@ pub(super) fn refused(error: Error) -> Failure {
 pub(super) fn refused_with(error: Error, packet: u16) -> Failure {
     match error {
         Error::Io { path, source } => Failure::io(&path, &source),
-        Error::Budget(error) => super::engine::too_small(&error, packet),
+        Error::Budget(error) => super::engine::too_small(&error, error.need(), packet),
         Error::Picture(_) | Error::Topology(_) | Error::Options(_) => Failure::usage(error),
         other => Failure::new(other),
     }

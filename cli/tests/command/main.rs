@@ -10,6 +10,7 @@ mod frames;
 #[cfg(feature = "host")]
 mod host;
 mod hosts;
+mod least;
 mod page;
 mod plan;
 mod render;

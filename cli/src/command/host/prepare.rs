@@ -8,7 +8,7 @@ use kiloray_render::{MeshOptions, framing};
 use crate::{
     args::{self, Bounds, Common, Division, Top},
     command::{
-        division, frames,
+        division, frames, least,
         node::{refused, refused_with},
     },
     failure::{Failure, Outcome},
@@ -124,7 +124,19 @@ fn of_options(host: &args::Host) -> Outcome<Prepared> {
     let bounds =
         Bounds::new(common.width, common.height, framing::aspect(&view)).map_err(Failure::usage)?;
     let view = framing::fitted(view, bounds.width, bounds.height);
-    let options = division::options(&common, &division, bounds, topology, &scene.file.view())?;
+    let options =
+        |scene: &Scene| division::options(&common, &division, bounds, topology, &scene.file.view());
+    least::Mesh {
+        sources: &host.scene,
+        block: common.block,
+        scene: &scene,
+        options: |scene: &Scene| {
+            let mesh = options(scene)?;
+            Ok(kiloray_sim::Options { mesh, ..kiloray_sim::Options::new(1, 1, view, topology) })
+        },
+    }
+    .check()?;
+    let options = options(&scene)?;
     let nodes = options.topology.nodes();
     let (folder, file, addresses) = match &host.write_config {
         None => {

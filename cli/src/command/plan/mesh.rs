@@ -1,16 +1,14 @@
-use std::iter::successors;
-
 use kiloray_core::network::Topology;
 use kiloray_render::framing;
 use kiloray_sim::{Error, MeshOptions, MeshPlan, NodeShare, Options, plan};
 use serde_json::json;
 
 use super::{
-    super::{division, frames, mesh, sim},
+    super::{division, frames, least, mesh, sim},
     budget_json, too_small,
 };
 use crate::{
-    args::{self, BLOCK_MIN, Bounds},
+    args::{self, Bounds},
     console::{bytes, count, line, lines},
     failure::{self, Failure, Outcome},
     output::Output,
@@ -29,12 +27,20 @@ pub(super) fn run(arguments: &args::Plan) -> Outcome {
     let file = scene.file.view();
     let block_bytes = file.header().block_bytes;
     let options = options(arguments, topology, &scene)?;
+    let blocks = least::Mesh {
+        sources: &arguments.scene,
+        block: arguments.block,
+        scene: &scene,
+        options: |scene: &Scene| self::options(arguments, topology, scene),
+    };
     let mesh = plan(&file, &options).map_err(|error| match error {
-        Error::Budget(error) => too_small(arguments, &error, options.mesh.packet),
+        Error::Budget(error) => {
+            let least = blocks.least(error.need());
+            too_small(arguments, &error, least, options.mesh.packet)
+        }
         other => sim::refused(other, &options),
     })?;
-    let follows = arguments.block.is_none() && scene.stats.is_some();
-    let least = if follows { least(arguments, topology, mesh.least, block) } else { mesh.least };
+    let least = blocks.least(mesh.least);
     let (number, fullest) = fullest(&mesh)?;
     failure::note(frames::of_mesh(&file, &options.mesh).as_deref(), to_standard);
 
@@ -47,7 +53,7 @@ pub(super) fn run(arguments: &args::Plan) -> Outcome {
         number,
         node: &fullest,
         least,
-        follows,
+        follows: blocks.follows(),
         owned,
         in_arena: match plan(&file, &in_arena) {
             Ok(_) => None,
@@ -93,25 +99,6 @@ fn options(arguments: &args::Plan, topology: Topology, scene: &Scene) -> Outcome
         .map_err(|_| Failure::usage("--memory is more than can be addressed"))?;
     let divided = division::with(divided, &arguments.mesh.division, &scene.file.view())?;
     sim::on(divided, view, &arguments.mesh)
-}
-
-/// The least memory that works, where less of it has smaller blocks: that with `block`, or with the first smaller size that needs no more than it suits.
-fn least(arguments: &args::Plan, topology: Topology, with_block: usize, block: u32) -> usize {
-    let sizes = successors(Some(BLOCK_MIN), |size| size.checked_mul(2));
-    let mut above = 0;
-    for size in sizes.take_while(|&size| size < block) {
-        let with_size = scene::load(&arguments.scene, Some(size), size, true).and_then(|scene| {
-            let options = options(arguments, topology, &scene)?;
-            plan(&scene.file.view(), &options).map_err(Failure::new)
-        });
-        let suited = division::suited_by(size);
-        match with_size {
-            Ok(plan) if plan.least as u64 <= suited => return plan.least.max(above),
-            // Even all that there is may be too little.
-            _ => above = suited as usize + 1,
-        }
-    }
-    with_block.max(above)
 }
 
 /// What is told.

@@ -32,15 +32,14 @@ pub(super) fn run(arguments: &args::Plan) -> Outcome {
 }
 
 /// What is needed: of the memory, or of the RAM where that was given.
-fn too_small(arguments: &args::Plan, error: &BudgetError, packet: u16) -> Failure {
-    let Some(ram) = arguments.ram else { return engine::too_small(error, packet) };
+fn too_small(arguments: &args::Plan, error: &BudgetError, least: usize, packet: u16) -> Failure {
+    let Some(ram) = arguments.ram else { return engine::too_small(error, least, packet) };
     let firmware = firmware::STATICS + firmware::STACK;
-    let all = firmware + error.need() as u64;
+    let all = firmware + least as u64;
     Failure::new(format_args!(
-        "--ram {}: the firmware takes {} and the node at least {} bytes: give {}",
+        "--ram {}: the firmware takes {} and the node at least {least} bytes: give {}",
         typed(ram),
         bytes(firmware),
-        error.need(),
         typed(all.next_multiple_of(1 << 10))
     ))
 }

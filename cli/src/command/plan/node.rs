@@ -33,12 +33,12 @@ pub(super) fn run(arguments: &args::Plan) -> Outcome {
         ..Options::new(1, 1, view)
     };
     let plan = kiloray_render::plan(&scene.file.view(), &options).map_err(|error| match error {
-        Error::Budget(error) => too_small(arguments, &error, 0),
+        Error::Budget(error) => too_small(arguments, &error, error.need(), 0),
         other => engine::refused(other),
     })?;
     let budget = plan
         .budget(options.memory.unwrap_or(usize::MAX))
-        .map_err(|error| too_small(arguments, &error, 0))?;
+        .map_err(|error| too_small(arguments, &error, error.need(), 0))?;
     let file = scene.file.view();
     failure::note(frames::of_node(&file, &options).as_deref(), to_standard);
     let owned = file.header().blocks_at;

@@ -29,7 +29,7 @@ pub(super) use self::{
     summary::spared,
 };
 use super::{
-    division, frames, html,
+    division, frames, html, least,
     mesh::{self, Line, Why},
 };
 use crate::{
@@ -69,6 +69,13 @@ pub(super) fn run(sim: &args::Sim) -> Outcome {
     sim.mesh.division.topology().map_err(Failure::usage)?;
     let mut scene = load(sim, quiet)?;
     let options = options(sim, &scene)?;
+    least::Mesh {
+        sources: &sim.scene,
+        block: common.block,
+        scene: &scene,
+        options: |scene: &Scene| self::options(sim, scene),
+    }
+    .check()?;
     let few_frames = frames::of_mesh(&scene.file.view(), &options.mesh);
     scene.notes.extend(few_frames);
     let path = sim.output.clone().unwrap_or_else(|| PathBuf::from(format!("{}.png", scene.name)));

@@ -80,7 +80,7 @@ pub(in crate::command) fn baseline(options: &Options) -> Outcome<Options> {
 /// An error of the simulator with these options: exit code 2 where it is about what was typed.
 pub(in crate::command) fn refused(error: Error, options: &Options) -> Failure {
     match error {
-        Error::Budget(error) => engine::too_small(&error, options.mesh.packet),
+        Error::Budget(error) => engine::too_small(&error, error.need(), options.mesh.packet),
         Error::Memory { nodes, bytes, .. } => Failure::new(format_args!(
             "{nodes} nodes of {} have more memory than can be had here; take fewer --nodes, or less --memory",
             console::bytes(bytes as u64)
