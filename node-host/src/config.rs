@@ -249,7 +249,7 @@ impl Config {
             ("shadow_samples", picture.shadow_samples.into(), 0, shade::Settings::BUNDLE_MAX),
             ("lights_per_point", picture.lights_per_point.into(), 1, u16::MAX.into()),
             ("bounces", picture.bounces.into(), 0, shade::Settings::BOUNCES_MAX.into()),
-            ("packet", mesh.packet.into(), packet_min, u16::MAX.into()),
+            ("packet", mesh.packet.into(), packet_min, MeshOptions::packet_max().into()),
             ("replicas", mesh.replicas.into(), 1, nodes),
             ("prefetch: nearest", prefetch, 0, Prefetch::MOST.into()),
             ("group", mesh.group.into(), 0, NODES_MAX),

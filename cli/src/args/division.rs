@@ -66,7 +66,7 @@ pub(crate) struct Division {
     #[arg(long, value_name = "K", default_value_t = 1, value_parser = replicas, allow_hyphen_values = true, help_heading = "Data")]
     pub(crate) block_replicas: u32,
 
-    /// Greatest packet with its header, 280B to 65535B, or from more where blocks are greater than 16KiB [default: a block, or a part of one, as the memory allows]
+    /// Greatest packet with its header, 280B to 16408B, or from more where blocks are greater than 16KiB [default: a block, or a part of one, as the memory allows]
     #[arg(long, value_name = "SIZE", value_parser = packet, allow_hyphen_values = true, help_heading = "Links")]
     pub(crate) packet: Option<u32>,
 }

@@ -235,9 +235,9 @@ pub(super) fn replicas(text: &str) -> Result<u32, String> {
 pub(super) fn packet(text: &str) -> Result<u32, String> {
     let bytes = parse_bytes(text)?;
     // Great blocks need more: their size is known later.
-    let least = MeshOptions::packet_min(BLOCK_MIN as usize);
-    let fits = (least.into()..=u64::from(u16::MAX)).contains(&bytes);
-    if fits { Ok(bytes as u32) } else { Err(format!("a packet has {least}B to {}B", u16::MAX)) }
+    let [least, most] = [MeshOptions::packet_min(BLOCK_MIN as usize), MeshOptions::packet_max()];
+    let fits = (least.into()..=u64::from(most)).contains(&bytes);
+    if fits { Ok(bytes as u32) } else { Err(format!("a packet has {least}B to {most}B")) }
 }
 
 #[cfg(test)]

@@ -88,6 +88,12 @@ impl MeshOptions {
         u16::try_from(packet).unwrap_or(u16::MAX)
     }
 
+    /// The greatest [`packet`](Self::packet), which suits any block \[bytes\]; more would be taken as this.
+    #[must_use]
+    pub fn packet_max() -> u16 {
+        Self::packet_min(usize::MAX)
+    }
+
     /// Which node owns which blocks of a scene.
     #[must_use]
     pub fn placement(&self, file: &KiloView<'_>) -> Placement {
