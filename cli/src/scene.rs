@@ -12,7 +12,7 @@ use kiloray_scene::{
     compile::{self, CompileError, Stage, Stats},
     import::{self, ImportOptions},
     kilo::{KiloError, KiloFile},
-    model::{Model, Note},
+    model::{self, Model, Note},
     needs::Summary,
     regular,
 };
@@ -38,6 +38,8 @@ pub(crate) struct Scene {
     pub(crate) summary: Option<Summary>,
     /// What was ignored or repaired.
     pub(crate) notes: Vec<String>,
+    /// The view that was typed, or is in a file that was named, with its name.
+    typed: Option<(String, model::View)>,
     /// They were printed.
     told: Once,
     quiet: bool,
@@ -119,7 +121,7 @@ pub(crate) fn load(
     }
     let file = KiloFile::from_compiled(compiled);
     let (stats, summary) = (Some(stats), Some(summary));
-    Ok(Scene { name, file, stats, summary, notes, told: Once::new(), quiet })
+    Ok(Scene { name, file, stats, summary, notes, typed: None, told: Once::new(), quiet })
 }
 
 /// So many times the size that suits a memory leave it few blocks, which is worth a note.
@@ -161,6 +163,7 @@ fn open(path: &Path, block: Option<u32>, suits: u32, quiet: bool) -> Outcome<Sce
             stats: None,
             summary: None,
             notes: is_great.then(note).into_iter().collect(),
+            typed: None,
             told: Once::new(),
             quiet,
         }),
@@ -277,8 +280,10 @@ impl Scene {
     pub(crate) fn with_view(mut self, choice: Option<&ViewChoice>) -> Self {
         if let Some(ViewChoice::Options(text)) = choice {
             self.notes.retain(|note| !note.starts_with("no view given"));
-            let read = import::view(text, None);
-            self.notes.extend(read.iter().flat_map(|(_, told)| told.iter().map(Note::to_string)));
+            if let Ok((view, told)) = import::view(text, None) {
+                self.notes.extend(told.iter().map(Note::to_string));
+                self.typed = Some((text.clone(), view));
+            }
         }
         self
     }
@@ -320,9 +325,13 @@ impl Scene {
             }
             Some(ViewChoice::Options(text)) => {
                 let is_typed = text.starts_with('-');
-                let (view, _) = import::view(text, None).map_err(|error| {
-                    if is_typed { Failure::usage(error) } else { Failure::new(error) }
-                })?;
+                let read = |text: &String| {
+                    import::view(text, None).map(|(view, _)| view).map_err(|error| {
+                        if is_typed { Failure::usage(error) } else { Failure::new(error) }
+                    })
+                };
+                let known = self.typed.as_ref().filter(|(of, _)| of == text);
+                let view = known.map_or_else(|| read(text), |(_, view)| Ok(view.clone()))?;
                 compile::view_in(&file.header().frame, &view)
                     .ok_or_else(|| Failure::new(format_args!("{text}: the view has no direction")))
             }
@@ -341,4 +350,22 @@ fn tell(notes: &[String], quiet: bool) {
 pub(crate) fn view_name(view: &View) -> String {
     let end = view.name.iter().position(|&b| b == 0).unwrap_or(view.name.len());
     String::from_utf8_lossy(&view.name[..end]).into_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_file_of_a_view_is_read_once() {
+        let folder = tempfile::tempdir().expect("a directory");
+        let file = folder.path().join("once.vf");
+        std::fs::write(&file, "rvu -vtl -vp 1 2 3 -vd 0 1 0 -vu 0 0 1\n").expect("it is written");
+        let sources = args::Scene { scenes: vec!["cornell".into()], lights: 64 };
+        let scene = load(&sources, None, 1024, true).expect("the scene");
+        let choice = ViewChoice::Options(file.display().to_string());
+        let scene = scene.with_view(Some(&choice));
+        std::fs::remove_file(&file).expect("it is there");
+        scene.choose_view(Some(&choice)).expect("the view that was read");
+    }
 }

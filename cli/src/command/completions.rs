@@ -17,18 +17,22 @@ pub(super) fn run(arguments: &args::Completions) -> Outcome {
     Output::create(Path::new("-"))?.write(&script)
 }
 
-/// The grammar as it is to be offered: without what is hidden, with words where there are some, and with files for nothing but files.
+/// The grammar as it is to be offered: without hidden commands and options, with words where there are some, and with files for nothing but files.
 fn command() -> Command {
     let all = args::command();
     let shown = |command: &Command| !command.is_hide_set();
     let commands: Vec<_> =
-        all.get_subcommands().filter(|command| shown(command)).cloned().map(offered).collect();
+        all.get_subcommands().filter(|command| shown(command)).map(offered).collect();
     // A subcommand cannot be taken away.
     Command::new("kiloray").version(env!("CARGO_PKG_VERSION")).subcommands(commands)
 }
 
-fn offered(command: Command) -> Command {
-    command.mut_args(|arg| {
+fn offered(command: &Command) -> Command {
+    // Scripts for bash offer hidden options too, and an option cannot be taken away.
+    let shown = command.get_arguments().filter(|arg| !arg.is_hide_set()).cloned();
+    let offered = Command::new(command.get_name().to_owned()).args(shown);
+    let about = command.get_about().cloned().unwrap_or_default();
+    offered.about(about).mut_args(|arg| {
         let words = WORDS.iter().find(|(name, _)| arg.get_id() == name);
         if let Some((_, words)) = words {
             // In bash both words and files would be neither.

@@ -350,6 +350,9 @@ fn shells_are_completed() {
         );
         // What nobody types, and names.
         assert!(!script.contains("line-node") && script.contains("stm32f4"), "{shell}");
+        for hidden in ["incarnation", "tied"] {
+            assert!(!script.contains(hidden), "{shell} offers --{hidden}");
+        }
     }
 }
 

@@ -15,9 +15,7 @@ impl Run<'_> {
         let done = self.done;
         let size = (self.options.width, self.options.height);
         let (common, scenes) = (&self.board.common, &self.board.scene.scenes);
-        let mut options = options_json(common, scenes, self.scene, size, None);
-        // As it was typed: the stops that were found are not kept.
-        options["exposure"] = json!(common.exposure);
+        let mut options = options_json(common, scenes, self.scene, size, self.saved.exposure);
         options["nodes"] = json!(self.nodes);
         options["topology"] = json!(self.board.topology);
         options["machine"] = json!(self.board.machine);

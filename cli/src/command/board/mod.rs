@@ -44,7 +44,7 @@ use crate::{
     failure::{Failure, Outcome},
     interrupt,
     output::Output,
-    picture::{self, Format},
+    picture::{self, Format, Saved},
     progress::Progress,
     scene::{self, Scene},
 };
@@ -75,6 +75,7 @@ struct Run<'a> {
     owned: u32,
     done: &'a Done,
     picture: &'a picture::Picture,
+    saved: Saved,
     time_s: f64,
     render_s: f64,
 }
@@ -141,7 +142,7 @@ pub(super) fn run(board: &args::Board) -> Outcome {
     let output = if done.end == End::Complete { output } else { output.incomplete() };
     let path = output.path().to_owned();
     let rendered = done.ledger.picture();
-    let _ = picture::save(&rendered, Format::of(&path)?, common.exposure, output)?;
+    let saved = picture::save(&rendered, Format::of(&path)?, common.exposure, output)?;
     let run = Run {
         board,
         scene: &scene,
@@ -152,6 +153,7 @@ pub(super) fn run(board: &args::Board) -> Outcome {
         owned: placement.most_blocks(),
         done: &done,
         picture: &rendered,
+        saved,
         time_s: start.elapsed().as_secs_f64(),
         render_s: render_start.elapsed().as_secs_f64(),
     };
@@ -316,11 +318,12 @@ fn ledger(scene: &Scene, options: &Options, setup: &Setup, mesh: &Mesh) -> Outco
 impl Run<'_> {
     fn print(&self, path: &Path) -> Outcome {
         line(format_args!(
-            "{}: {} x {}, {} samples per pixel",
+            "{}: {} x {}, {} samples per pixel{}",
             path.display(),
             self.options.width,
             self.options.height,
             self.options.settings.samples,
+            self.saved.said(),
         ))?;
         let carried: u64 = self.done.links.iter().map(|l| l.sent_bytes + l.received_bytes).sum();
         line(format_args!(
