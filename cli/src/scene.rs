@@ -217,8 +217,9 @@ fn source(name: &Path) -> Outcome<Source> {
 fn refused(error: CompileError) -> Failure {
     match error {
         CompileError::Lights { count, limit } => Failure::new(format_args!(
-            "{} lights, and at most {}: give fewer faces a material that emits, or allow more with --lights {count}",
+            "{} {}, and at most {}: give fewer faces a material that emits, or allow more with --lights {count}",
             console::count(count as u64),
+            if count == 1 { "light" } else { "lights" },
             console::count(limit as u64),
         )),
         error => Failure::new(error),
@@ -355,6 +356,13 @@ pub(crate) fn view_name(view: &View) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn one_light_is_no_lights() {
+        let refused = |count| refused(CompileError::Lights { count, limit: 0 });
+        assert!(refused(1).message().starts_with("1 light, and at most 0: "));
+        assert!(refused(2).message().starts_with("2 lights, and at most 0: "));
+    }
 
     #[test]
     fn a_file_of_a_view_is_read_once() {

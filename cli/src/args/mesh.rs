@@ -212,6 +212,11 @@ pub(super) fn processes(text: &str) -> Result<u32, String> {
     whole(text, 0, 64)
 }
 
+/// Bits of a serial line in a second.
+pub(super) fn baud(text: &str) -> Result<u32, String> {
+    whole(text, 300, 4_000_000)
+}
+
 pub(super) fn node(text: &str) -> Result<u16, String> {
     whole(text, 0, NODES_MAX - 1).map(|node| node as u16)
 }

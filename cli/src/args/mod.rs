@@ -298,7 +298,7 @@ pub(crate) struct Board {
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = mesh::nodes, requires = "serial", conflicts_with_all = EMULATED, allow_hyphen_values = true, help_heading = "Boards")]
     pub(crate) boards: u32,
     /// Bits a second of their lines
-    #[arg(long, value_name = "BAUD", default_value_t = 115_200, value_parser = clap::value_parser!(u32).range(300..=4_000_000), requires = "serial", conflicts_with_all = EMULATED, allow_hyphen_values = true, help_heading = "Boards")]
+    #[arg(long, value_name = "BAUD", default_value_t = 115_200, value_parser = mesh::baud, requires = "serial", conflicts_with_all = EMULATED, allow_hyphen_values = true, help_heading = "Boards")]
     pub(crate) baud: u32,
     /// How they are linked: ring, line, or what else leaves each three links at most, the host's included
     #[arg(long, value_name = "T", default_value = "ring", help_heading = "Boards")]

@@ -51,7 +51,8 @@ fn one_line(text: &str, command: Option<&OsString>) -> String {
         .lines()
         .map(str::trim)
         .take_while(|line| !line.starts_with("Usage:") && !line.starts_with("For more"))
-        .filter(|line| !line.is_empty())
+        // An option that there is not is no value either.
+        .filter(|line| !line.is_empty() && !line.starts_with("tip: to pass '-"))
         .collect();
     // What follows a colon belongs to it.
     let words = words.join("; ").replace(":; ", ": ");
@@ -108,6 +109,9 @@ mod tests {
             ("kiloray render cornell --memory banana", "64KiB"),
             ("kiloray render cornell --sample 3", "--samples"),
             ("kiloray rendr cornell", "render"),
+            ("kiloray render cornell --foo", "'--foo' found (see"),
+            ("kiloray board cornell --serial a --baud 0", "from 300 to 4000000"),
+            ("kiloray sim cornell --bundle 20s", "write a time from 0 to 10s"),
         ] {
             let Err(Failure::Usage(message)) = parsed(line) else { panic!("{line} is accepted") };
             assert!(!message.contains('\n') && message.contains(part), "{line}: {message}");

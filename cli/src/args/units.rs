@@ -46,7 +46,7 @@ const LINK_TIME_MAX: u64 = 10_000_000_000;
 /// A time that a packet spends on a link, or waits for it.
 pub(crate) fn parse_link_time(text: &str) -> Result<u64, String> {
     let time = parse_time(text)?;
-    if time <= LINK_TIME_MAX { Ok(time) } else { Err("a link takes 0 to 10s".into()) }
+    if time <= LINK_TIME_MAX { Ok(time) } else { Err("write a time from 0 to 10s".into()) }
 }
 
 /// Bytes per second: `1GB/s`, `125MB/s`, `20Mbit/s`.
