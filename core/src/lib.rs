@@ -4,7 +4,8 @@
 //! Cortex-M run these very functions, and get the same bits. Nothing here allocates, blocks, reads
 //! a clock or panics; memory, time and random keys come in as arguments.
 //!
-//! Modules, lowest first; each knows only those above it in this list:
+//! Modules, lowest first; each knows only those above it in this list, but that [`geometry`] takes a function of angles from
+//! [`light`], [`shade`] the arena of [`store`], and [`network`] the reader of a packet from [`protocol`]:
 //!
 //! | module | what it holds |
 //! | --- | --- |

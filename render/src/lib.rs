@@ -6,8 +6,7 @@
 //!
 //! [`Ledger`] is the host of a mesh: it gives out the tiles of a picture and puts it together, over whatever network there is.
 //!
-//! It is a crate of its own since it is all that knows threads: the command, the tests and the benchmarks use it,
-//! `kiloray-core` must not and `kiloray-simd` need not know it.
+//! It is a crate of its own since pictures need no importer, and since it starts threads, which `kiloray-core` and `kiloray-simd` do not.
 
 mod error;
 pub mod framing;

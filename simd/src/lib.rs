@@ -1,4 +1,5 @@
-//! The lanes of x86-64 processors, their run-time detection, and the only unsafe code of the host side.
+//! The lanes of x86-64 processors, their run-time detection, and nearly all unsafe code of the host side: the rest maps a
+//! file, in `kiloray-scene`.
 //!
 //! [`Auto`] is the [`Tracer`](kiloray_core::trace::Tracer) of a host: it finds out once what the machine can do, and traces with it.
 //! Its hits are those of [`Scalar`](kiloray_core::trace::Scalar) to the bit.
