@@ -55,8 +55,8 @@ pub(crate) struct Division {
     /// Which node owns which blocks: subtrees of equal bytes, or each block in turn
     #[arg(long, value_name = "P", value_parser = choice::<Dealing>(), default_value = "subtrees", help_heading = "Data")]
     pub(crate) placement: Dealing,
-    /// How much of the top of the tree lies with every node: bytes (16KiB) or a number of blocks, the one at the root in any case [default: one in 64, of which as many as fit a
-    /// sixteenth of the memory where they take part of it]
+    /// How much of the top of the tree lies with every node: bytes (16KiB) or a number of blocks, the one at the root in any case [default: one block in 64, or as many
+    /// as would fit a sixteenth of the memory: the more of the two, the less where they take part of the memory]
     #[arg(long, value_name = "SIZE|N", allow_hyphen_values = true, help_heading = "Data")]
     pub(crate) top: Option<Top>,
     /// Read-only memory of a node, as in 1MiB: no node owns more blocks than it holds, and the default of --top gives way to that [default: as much as is needed]

@@ -365,7 +365,7 @@ pub(crate) struct Compile {
     /// Size of a block: 1KiB to 64KiB, a power of two [default: 16KiB; with --nodes 1KiB, which suits the default memory of 'kiloray sim']
     #[arg(long, value_name = "SIZE", value_parser = options::block)]
     pub(crate) block: Option<u32>,
-    /// Print how the blocks are dealt out to the nodes of a mesh, as 'kiloray sim' deals them
+    /// Print how the blocks are dealt out to the nodes of a mesh, as 'kiloray sim' deals them, with its default memory
     #[arg(long, value_name = "N", value_parser = mesh::nodes, allow_hyphen_values = true)]
     pub(crate) nodes: Option<u32>,
     /// Write what this node (from 0) needs of the scene: the tables and its blocks, for its read-only memory. Of 4 nodes and in blocks of 1 KiB where nothing is

@@ -68,9 +68,9 @@ fn blocks_are_dealt_out_to_nodes() {
     let blocks = json["blocks"]["count"].as_u64().unwrap();
     let share = &json["placement"]["blocks"];
     let (least, most) = (share["least"].as_u64().unwrap(), share["most"].as_u64().unwrap());
-    // One block in 64, at the root, lies with all, the others are divided.
-    let top = blocks / 64;
-    assert!(top > 1 && most - least <= 1);
+    // As many blocks at the root as fit a sixteenth of 256 KiB lie with all, the others are divided.
+    let top = 16;
+    assert!(top > blocks / 64 && most - least <= 1);
     assert!((8 * (least - top)..=8 * (most - top)).contains(&(blocks - top)));
     assert_eq!(json["placement"]["bytes"]["most"], most * 1024);
     let out = folder.run("compile colour-cube --block 1KiB --nodes 8").done().out();

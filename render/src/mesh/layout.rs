@@ -123,7 +123,8 @@ pub struct MeshLayout {
 
 /// Of the blocks every node has this part, those nearest to the root: more of it is read by most rays.
 const TOP_PART: u32 = 64;
-/// Where they take memory, they take at most this part of it: the node's own take most.
+/// Of a small scene more of them, as many as would fit this part of a node's memory: a few owners would be asked by all.
+/// Where they take memory themselves, they take no more than that: the node's own take most.
 const TOP_MEMORY_PART: usize = 16;
 /// Tiles for each node, where the picture has so many pixels.
 const TILES_PER_NODE: u32 = 16;
@@ -330,7 +331,8 @@ impl Division {
 fn top(file: &KiloView<'_>, options: &MeshOptions) -> u32 {
     let suits = file.blocks() / TOP_PART;
     let fits = options.memory / TOP_MEMORY_PART / file.limits().block_bytes.max(1);
-    if options.owned_in_arena { suits.min(fits as u32) } else { suits }
+    let fits = fits as u32;
+    if options.owned_in_arena { suits.min(fits) } else { suits.max(fits) }
 }
 
 /// The greatest side with which every node has some tiles, and which the memory holds.
