@@ -48,7 +48,7 @@ pub(crate) struct Division {
     /// Nodes of a group, of which one asks the host for tiles and gives them to the others; 0: all ask the host [default: 0]
     #[arg(long, value_name = "N", value_parser = group, allow_hyphen_values = true, help_heading = "Work")]
     pub(crate) group: Option<u32>,
-    /// How often a ray that was refused is sent again, before the node that sent it runs it itself [default: 3]
+    /// How often a ray that was refused is sent again, before the node that sent it runs it itself [default: 0]
     #[arg(long, value_name = "K", value_parser = refusals, allow_hyphen_values = true, help_heading = "Work")]
     pub(crate) refusals: Option<u32>,
 

@@ -46,7 +46,7 @@ pub struct MeshOptions {
     pub order: TaskOrder,
     /// Nodes for each sub-master; 0 for none: all ask the host.
     pub group: u16,
-    /// Refusals of a ray after which the node that sent it runs it itself.
+    /// Refusals of a ray that is sent again, before the node that sent it runs it itself: who has no room now mostly has none in time.
     pub refusals: u8,
     /// Side of a tile \[pixels\]; `None` for what suits the picture, the mesh and the memory.
     pub tile: Option<u16>,
@@ -75,7 +75,7 @@ impl MeshOptions {
             prefetch: Prefetch::Nearest(0),
             order: TaskOrder::Ready,
             group: 0,
-            refusals: 3,
+            refusals: 0,
             tile: None,
             owned_in_arena: false,
         }

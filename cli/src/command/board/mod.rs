@@ -267,7 +267,7 @@ fn setup(scene: &Scene, options: &Options, mesh: &Mesh) -> Outcome<Setup> {
         group: 0,
         prefetch: 0,
         bounces,
-        refusals: 3,
+        refusals: 0,
         camera: camera.ok_or_else(|| Failure::new("the view shows nothing"))?,
     };
     Ok(setup.with_topology(mesh.topology()))
