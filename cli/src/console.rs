@@ -35,14 +35,20 @@ pub(crate) fn count(n: u64) -> String {
     }
 }
 
-/// Bytes in binary units.
+/// Bytes in binary units, in three figures or more.
 pub(crate) fn bytes(n: u64) -> String {
-    match n {
-        0..10_240 => format!("{n} B"),
-        10_240..10_485_760 => format!("{:.1} KiB", n as f64 / 1024.0),
-        10_485_760..10_737_418_240 => format!("{:.1} MiB", n as f64 / 1_048_576.0),
-        _ => format!("{:.1} GiB", n as f64 / 1_073_741_824.0),
+    if n < 1 << 10 {
+        return format!("{n} B");
     }
+    let of = |bits: u32| n as f64 / (1_u64 << bits) as f64;
+    // What would be written as 1024.0 of a unit is 1 of the next.
+    let (bits, unit) = [(10, "KiB"), (20, "MiB")]
+        .into_iter()
+        .find(|&(bits, _)| of(bits) < 1023.95)
+        .unwrap_or((30, "GiB"));
+    let value = of(bits);
+    let decimals = if value < 9.995 { 2 } else { 1 };
+    format!("{value:.decimals$} {unit}")
 }
 
 /// Bytes per second in decimal units, as links are sold by.
@@ -89,5 +95,24 @@ mod tests {
             ["999 ns", "1.50 µs", "12.3 ms", "123 ms", "61.0 s"]
         );
         assert_eq!([1, 65_536, 20_971_520].map(bytes), ["1 B", "64.0 KiB", "20.0 MiB"]);
+    }
+
+    #[test]
+    fn no_size_is_1024_of_a_unit() {
+        for (n, text) in [
+            (1_023, "1023 B"),
+            (1 << 10, "1.00 KiB"),
+            (1_500, "1.46 KiB"),
+            (10_234, "9.99 KiB"),
+            (10_235, "10.0 KiB"),
+            (1_048_524, "1023.9 KiB"),
+            (1_048_525, "1.00 MiB"),
+            (1 << 20, "1.00 MiB"),
+            ((1 << 30) - 1, "1.00 GiB"),
+            (1 << 30, "1.00 GiB"),
+            (48 << 30, "48.0 GiB"),
+        ] {
+            assert_eq!(bytes(n), text, "{n}");
+        }
     }
 }

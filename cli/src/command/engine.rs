@@ -12,7 +12,7 @@ use kiloray_render::{Control, Error, Lanes, MeshOptions, Options, Rendered, fram
 use super::division;
 use crate::{
     args::{BLOCK_MIN, Bounds, Common, size::typed},
-    console::{bytes, count},
+    console::count,
     failure::{Failure, Outcome},
     memory,
     progress::Progress,
@@ -104,7 +104,7 @@ pub(super) fn too_small(error: &BudgetError, least: usize, packet: u16) -> Failu
     };
     Failure::new(format_args!(
         "--memory {}: too small, at least {least} bytes are needed{other} (has of needs: {}); give more, or {advice}",
-        bytes(error.memory as u64),
+        typed(error.memory as u64),
         lines.join(", ")
     ))
 }

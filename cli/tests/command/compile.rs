@@ -74,7 +74,7 @@ fn blocks_are_dealt_out_to_nodes() {
     assert!((8 * (least - top)..=8 * (most - top)).contains(&(blocks - top)));
     assert_eq!(json["placement"]["bytes"]["most"], most * 1024);
     let out = folder.run("compile colour-cube --block 1KiB --nodes 8").done().out();
-    let told = format!("8 nodes: each has {least} to {most} blocks of 1024 B, ");
+    let told = format!("8 nodes: each has {least} to {most} blocks of 1.00 KiB, ");
     assert!(out.contains(&told) && out.contains(&format!("; {top} at the root lie")), "{out}");
     let out = folder.run("compile colour-cube --nodes 4 --block-replicas 4").done().out();
     assert!(out.contains("4 nodes, 4 copies"), "{out}");

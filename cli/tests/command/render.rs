@@ -163,7 +163,7 @@ fn a_memory_that_is_too_small_is_refused_with_what_is_needed() {
     let folder = Folder::new();
     folder
         .run("render cornell --memory 1KiB")
-        .refused(1, &["1024 B", "at least", "block frames", "--block"]);
+        .refused(1, &["--memory 1KiB: ", "at least", "block frames", "--block"]);
     folder.run("plan cornell --memory 1KiB").refused(1, &["at least"]);
     let plan = folder.run("plan cornell --memory 64KiB").done().out();
     assert!(plan.contains("block frames") && plan.contains("65536"), "{plan}");
@@ -308,7 +308,7 @@ fn files_become_one_scene() {
 fn nothing_half_written_is_left() {
     let folder = Folder::new();
     folder.file("old.png", "as it was");
-    folder.run("render cornell --memory 1KiB -o old.png").refused(1, &["1024"]);
+    folder.run("render cornell --memory 1KiB -o old.png").refused(1, &["--memory 1KiB: too small"]);
     folder.run("render cornell -o no/where.png").refused(1, &["no/where.png", "directory"]);
     fs::create_dir(folder.path().join("dir.png")).unwrap();
     folder.run("render cornell -o dir.png").refused(1, &["dir.png", "is a directory"]);
