@@ -25,6 +25,11 @@ pub(crate) fn lines(text: Arguments<'_>) -> Outcome {
         .map_err(|error| Failure::io("standard output".as_ref(), &error))
 }
 
+/// How many of something: its word for one, and for more.
+pub(crate) fn counted(n: u64, [one, more]: [&str; 2]) -> String {
+    format!("{} {}", count(n), if n == 1 { one } else { more })
+}
+
 /// A count in at most five figures: 950, 12.3 k, 4.56 M.
 pub(crate) fn count(n: u64) -> String {
     match n {
@@ -83,6 +88,12 @@ pub(crate) fn percent(part: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn one_is_not_many() {
+        let boards = [0, 1, 2].map(|n| counted(n, ["board", "boards"]));
+        assert_eq!(boards, ["0 boards", "1 board", "2 boards"]);
+    }
 
     #[test]
     fn numbers_are_short() {

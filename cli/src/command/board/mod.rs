@@ -40,7 +40,7 @@ use self::{
 use super::{division, engine, mesh::Why};
 use crate::{
     args,
-    console::{bytes, count, line},
+    console::{bytes, count, counted, line},
     failure::{Failure, Outcome},
     interrupt,
     output::Output,
@@ -325,13 +325,14 @@ impl Run<'_> {
             self.options.settings.samples,
             self.saved.said(),
         ))?;
+        let processes = self.board.processes;
         let carried: u64 = self.done.links.iter().map(|l| l.sent_bytes + l.received_bytes).sum();
         line(format_args!(
-            "{} boards{} in {:.1} s, {} of {} blocks with each at most; {} bytes over the host's lines, {} frames damaged",
-            u32::from(self.nodes) - self.board.processes,
-            match self.board.processes {
+            "{}{} in {:.1} s, {} of {} blocks with each at most; {} bytes over the host's lines, {} frames damaged",
+            counted((u32::from(self.nodes) - processes).into(), ["board", "boards"]),
+            match processes {
                 0 => String::new(),
-                processes => format!(" and {processes} processes"),
+                n => format!(" and {}", counted(n.into(), ["process", "processes"])),
             },
             self.render_s,
             count(self.owned.into()),

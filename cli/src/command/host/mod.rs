@@ -24,7 +24,7 @@ use super::{
 };
 use crate::{
     args::{self, Common, Division},
-    console::{bytes, count, duration, line},
+    console::{bytes, count, counted, duration, line},
     failure::{self, Failure, Outcome},
     interrupt,
     output::Output,
@@ -222,7 +222,8 @@ impl Run<'_> {
         let replaced = outcome.replacements.len();
         if replaced > 0 {
             line(format_args!(
-                "faults     {replaced} nodes replaced, {} requests made again, {} tiles given to others; {UNCOUNTED}",
+                "faults     {} replaced, {} requests made again, {} tiles given to others; {UNCOUNTED}",
+                counted(replaced as u64, ["node", "nodes"]),
                 count(again(&self.counts)),
                 count(outcome.ledger.given_again),
             ))?;

@@ -11,7 +11,7 @@ use crate::{
         latencies::latencies,
         mesh::{self, part, total},
     },
-    console::{bytes, count, duration, percent},
+    console::{bytes, count, counted, duration, percent},
     page::Page,
 };
 
@@ -153,7 +153,8 @@ fn faults(page: &mut Page, run: &Run<'_>) {
         return;
     }
     page.heading("Faults");
-    page.text(format_args!("{} nodes were replaced; {}.", replaced.len(), super::UNCOUNTED));
+    let nodes = counted(replaced.len() as u64, ["node was", "nodes were"]);
+    page.text(format_args!("{nodes} replaced; {}.", super::UNCOUNTED));
     for replacement in replaced {
         page.text(format_args!("Node {} was replaced: {}.", replacement.node, replacement.cause));
     }

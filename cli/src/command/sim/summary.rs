@@ -6,7 +6,7 @@ use kiloray_sim::{Options, Report};
 use super::{Run, cut::link_name, lost::lost};
 use crate::{
     command::mesh::{again, so_far},
-    console::{bytes, count, duration, line, percent},
+    console::{bytes, count, counted, duration, line, percent},
     failure::Outcome,
     picture::Saved,
 };
@@ -133,16 +133,12 @@ pub(super) fn faults(run: &Run<'_>) -> Option<String> {
     ]
     .into_iter()
     .filter(|&(n, _)| n > 0)
-    .map(counted)
+    .map(|(n, words)| counted(n, words))
     .collect();
     if words.is_empty() {
         return None;
     }
     let again = again(&run.done.outcome.report.totals.counts);
-    let again = counted((again, ["request made again", "requests made again"]));
+    let again = counted(again, ["request made again", "requests made again"]);
     Some(format!("{}, {again}", words.join(", ")))
-}
-
-fn counted((n, [one, more]): (u64, [&str; 2])) -> String {
-    format!("{} {}", count(n), if n == 1 { one } else { more })
 }
