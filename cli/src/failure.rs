@@ -7,6 +7,8 @@ use std::{
     process::ExitCode,
 };
 
+use kiloray_scene::regular;
+
 use crate::console::harmless;
 
 /// Why a command ends early.
@@ -53,20 +55,10 @@ impl Failure {
 
     /// Something the system says about a file, in words that say what to do.
     pub(crate) fn io(path: &Path, error: &io::Error) -> Self {
-        use io::ErrorKind as Kind;
-        if error.kind() == Kind::BrokenPipe {
-            return Self::ClosedPipe;
+        match error.kind() {
+            io::ErrorKind::BrokenPipe => Self::ClosedPipe,
+            _ => Self::file(path, regular::words(error)),
         }
-        let cause = match error.kind() {
-            Kind::NotFound => "no such file or directory".into(),
-            Kind::PermissionDenied => "permission denied".into(),
-            Kind::StorageFull => "the disk is full".into(),
-            Kind::QuotaExceeded => "the disk quota is used up".into(),
-            Kind::ReadOnlyFilesystem => "the file system is read-only".into(),
-            Kind::IsADirectory => "is a directory, not a file".into(),
-            _ => error.to_string(),
-        };
-        Self::file(path, cause)
     }
 
     /// The same, and what else is to be known of it.

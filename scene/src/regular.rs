@@ -43,6 +43,32 @@ pub fn read(path: &Path, bytes_max: u64) -> io::Result<Vec<u8>> {
     if bytes.len() as u64 > bytes_max { Err(too_long()) } else { Ok(bytes) }
 }
 
+/// What the system says of a file, in words that say what to do; without its numbers.
+#[must_use]
+pub fn words(error: &io::Error) -> String {
+    use io::ErrorKind as Kind;
+    let words = match error.kind() {
+        Kind::NotFound => "no such file or directory",
+        Kind::PermissionDenied => "permission denied",
+        Kind::StorageFull => "the disk is full",
+        Kind::QuotaExceeded => "the disk quota is used up",
+        Kind::ReadOnlyFilesystem => "the file system is read-only",
+        Kind::IsADirectory => "is a directory, not a file",
+        Kind::NotADirectory => "a part of the path is a file, not a directory",
+        _ if error.raw_os_error() == Some(LOOP) => {
+            "symbolic links lead in a circle; make them lead to a file"
+        }
+        _ => {
+            let said = error.to_string();
+            return said.split(" (os error").next().unwrap_or_default().into();
+        }
+    };
+    words.into()
+}
+
+/// Too many symbolic links on a path (`ELOOP`): the standard library has no stable name for it.
+const LOOP: i32 = if cfg!(target_os = "linux") { 40 } else { 62 };
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -61,5 +87,17 @@ mod tests {
         // It says that it is empty.
         #[cfg(target_os = "linux")]
         assert_eq!(kind("/proc/self/status".as_ref(), 3), io::ErrorKind::FileTooLarge);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn words_have_no_numbers() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a");
+        std::os::unix::fs::symlink(&path, &path).unwrap();
+        let said = |path: &Path| words(&open(path).unwrap_err());
+        assert!(said(&path).contains("in a circle; make"), "{}", said(&path));
+        let long = folder.path().join("a".repeat(1000));
+        assert!(!said(&long).is_empty() && !said(&long).contains("os error"), "{}", said(&long));
     }
 }

@@ -3,6 +3,7 @@ use std::path::Path;
 use thiserror::Error;
 
 use crate::model::{ModelError, Note, Place};
+use crate::regular;
 
 /// A file cannot be read into a scene: `file:line: cause; what to do`, in one line.
 #[derive(Debug, Error)]
@@ -22,7 +23,7 @@ pub struct ImportError {
 #[derive(Debug, Error)]
 pub enum Cause {
     /// The system refuses.
-    #[error("cannot be read: {0}")]
+    #[error("cannot be read: {}", regular::words(.0))]
     Read(#[from] std::io::Error),
     /// There is no such file.
     #[error("no such file")]

@@ -26,7 +26,7 @@ enum Bytes {
 #[non_exhaustive]
 pub enum KiloError {
     /// It cannot be opened, read, mapped or written.
-    #[error("{}: {source}", path.display())]
+    #[error("{}: {}", path.display(), regular::words(source))]
     Io {
         /// Its path.
         path: PathBuf,
