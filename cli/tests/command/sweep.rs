@@ -66,6 +66,17 @@ fn efficiency_and_losses_of_a_point_are_all_of_its_time() {
         let sum: f64 = parts.map(|(_, text)| text.parse::<f64>().unwrap()).sum();
         assert!((sum - 1.0).abs() < 1e-6, "{sum}");
     }
+    // The page has them all too, to a tenth of a hundredth.
+    let page = fs::read_to_string(folder.path().join("s/index.html")).unwrap();
+    let rows: Vec<_> = page.lines().filter(|line| line.starts_with("<tr><th>1:")).collect();
+    assert_eq!(rows.len(), table.len() - 1);
+    for row in rows {
+        let cells = row.split("<td class=\"n\">");
+        let parts = cells.filter_map(|cell| cell.strip_suffix(" %")?.parse::<f64>().ok());
+        let efficiency: f64 = row.split("<td class=\"n\">").nth(3).unwrap().parse().unwrap();
+        let sum = efficiency + parts.sum::<f64>() / 100.0;
+        assert!((sum - 1.0).abs() < 0.01, "{sum}: {row}");
+    }
 }
 
 #[test]

@@ -1,18 +1,13 @@
-use super::{plots::Plot, point::heads, table::Row};
+use super::{
+    plots::Plot,
+    point::heads,
+    table::{LOST, Row},
+};
 use crate::{
     args,
     console::{bytes, count, duration, percent},
     page::{Page, escaped},
 };
-
-/// Parts of the lost, as the table shows them: name in the JSON, and head.
-const LOST: [(&str, &str); 5] = [
-    ("data", "for blocks"),
-    ("answers", "for answers"),
-    ("imbalance", "no work"),
-    ("messages", "messages"),
-    ("repeated", "repeated"),
-];
 
 /// All points on one page.
 pub(super) fn page(sweep: &args::Sweep, rows: &[Row], plots: &[(String, Vec<Plot>)]) -> String {
@@ -48,14 +43,16 @@ pub(super) fn page(sweep: &args::Sweep, rows: &[Row], plots: &[(String, Vec<Plot
         "messages",
         "memory",
     ]);
-    heads.extend(LOST.iter().map(|(_, head)| *head));
+    heads.extend(LOST.map(|(_, _, head)| head));
     let cells: Vec<_> = rows.iter().filter(|row| row.error.is_none()).map(cells).collect();
     page.table(&heads, &cells);
     page.soft(
         "Efficiency = T1 / (nodes x TN), with T1 the virtual time of one node that has the whole \
          scene in its memory. The last columns are what the rest of the nodes' time went to: \
-         waiting for blocks, waiting for answers to rays, no work left, messages, and tracing that \
-         one node does not do. All figures are in sweep.csv.",
+         waiting for blocks, for answers to rays, for room to send and for the host; no work left; \
+         handling messages, and those of refused rays; checking blocks, passing on packets of \
+         others, clipping bundles; tracing that one node does not do; nodes after their crash, and \
+         slow ones. All figures are in sweep.csv.",
     );
     if failed > 0 {
         page.heading("Points that failed");
@@ -84,7 +81,7 @@ fn cells(row: &Row) -> Vec<String> {
         figure("/messages/bytes", &|x| bytes(x as u64)),
         figure("/memory/peak", &|x| bytes(x as u64)),
     ]);
-    cells.extend(LOST.iter().map(|(name, _)| figure(&format!("/lost/{name}"), &percent)));
+    cells.extend(LOST.map(|(_, at, _)| figure(at, &percent)));
     cells
 }
 

@@ -28,7 +28,7 @@ pub(super) struct Row {
 }
 
 /// Columns after the axes: their names, with units where they have one, and where they are in the JSON.
-const COLUMNS: [(&str, &str); 48] = [
+const MEASURED: [(&str, &str); 11] = [
     ("nodes", "/nodes"),
     ("topology", "/options/topology"),
     ("memory_bytes", "/memory/limit"),
@@ -40,19 +40,27 @@ const COLUMNS: [(&str, &str); 48] = [
     ("virtual_time_one_node_s", "/virtual_time_one_node_s"),
     ("speed_up", "/speed_up"),
     ("efficiency", "/efficiency"),
-    ("lost_data", "/lost/data"),
-    ("lost_answers", "/lost/answers"),
-    ("lost_credit", "/lost/credit"),
-    ("lost_master", "/lost/master"),
-    ("lost_imbalance", "/lost/imbalance"),
-    ("lost_messages", "/lost/messages"),
-    ("lost_refused", "/lost/refused"),
-    ("lost_checks", "/lost/checks"),
-    ("lost_forwards", "/lost/forwards"),
-    ("lost_clip", "/lost/clip"),
-    ("lost_repeated", "/lost/repeated"),
-    ("lost_crashed", "/lost/crashed"),
-    ("lost_slow", "/lost/slow"),
+];
+
+/// What the time of the nodes went to, behind them: the same, and the head in the page.
+pub(super) const LOST: [(&str, &str, &str); 13] = [
+    ("lost_data", "/lost/data", "for blocks"),
+    ("lost_answers", "/lost/answers", "for answers"),
+    ("lost_credit", "/lost/credit", "for room"),
+    ("lost_master", "/lost/master", "for the host"),
+    ("lost_imbalance", "/lost/imbalance", "no work"),
+    ("lost_messages", "/lost/messages", "messages"),
+    ("lost_refused", "/lost/refused", "refused"),
+    ("lost_checks", "/lost/checks", "checks"),
+    ("lost_forwards", "/lost/forwards", "forwards"),
+    ("lost_clip", "/lost/clip", "clipping"),
+    ("lost_repeated", "/lost/repeated", "repeated"),
+    ("lost_crashed", "/lost/crashed", "crashed"),
+    ("lost_slow", "/lost/slow", "slow nodes"),
+];
+
+/// The columns behind those.
+const COUNTED: [(&str, &str); 24] = [
     ("rays_primary", "/rays/primary"),
     ("rays_shadow", "/rays/shadow"),
     ("rays_specular", "/rays/specular"),
@@ -145,7 +153,9 @@ impl Row {
 pub(super) fn csv(sweep: &args::Sweep, rows: &[Row]) -> String {
     let axes = heads(sweep);
     // An axis stands in its own column, with the values as typed.
-    let columns: Vec<_> = COLUMNS.iter().filter(|(name, _)| !axes.contains(name)).collect();
+    let lost = LOST.map(|(name, at, _)| (name, at));
+    let columns = MEASURED.into_iter().chain(lost).chain(COUNTED);
+    let columns: Vec<_> = columns.filter(|(name, _)| !axes.contains(name)).collect();
     let mut csv = String::new();
     let heads = axes.iter().copied().chain(columns.iter().map(|c| c.0)).chain(["error"]);
     put(&mut csv, heads);
