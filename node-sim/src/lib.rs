@@ -24,10 +24,10 @@ mod tests;
 pub use error::Error;
 /// The picture, and how it is divided among the nodes.
 #[doc(no_inline)]
-pub use kiloray_render::MeshOptions;
+pub use kiloray_render::{MeshLayout, MeshOptions};
 pub use options::{Control, Crash, Faults, Link, Options, Rate, Slow, Status, Switching};
 pub use outcome::{End, Outcome};
-pub use plan::{MeshPlan, NodeShare, plan};
+pub use plan::{least, plan};
 pub use profile::{Profile, estimates};
 pub use report::{
     CrashReport, FaultReport, Histogram, HistogramBucket, Latencies, LineReport, LinkReport,

@@ -90,10 +90,9 @@ pub fn simulate(
     let pool = pool(options, &mesh)?;
     let threads = pool.as_ref().map_or(1, ThreadPool::current_num_threads);
     let mut run = Run::new(&mesh, nodes, host, settings, threads)?;
-    let asked = (samples, &options.faults);
     let end = match pool {
-        Some(pool) => pool.install(|| drive(&mut run, asked, control)),
-        None => drive(&mut run, asked, control),
+        Some(pool) => pool.install(|| drive(&mut run, options, control)),
+        None => drive(&mut run, options, control),
     };
     run.settle();
     let report = report(&mut run, options, &mesh, &layout);
@@ -116,14 +115,14 @@ type SimulatedRun<'m, W> = Run<'m, Node<'m, W>, HostEnd<'m>>;
 
 fn drive<'m, W: World + Send>(
     run: &mut SimulatedRun<'m, W>,
-    (samples, faults): (u32, &Faults),
+    options: &Options,
     control: &Control<'_>,
 ) -> End {
     let nodes = run.nodes.len() as u64;
-    let paths = run.host.actor.ledger.pixels() * u64::from(samples);
+    let paths = run.host.actor.ledger.pixels() * u64::from(options.mesh.settings.samples);
     let mut watchdog = Watchdog::new(EVENTS_PER_STEP * nodes.max(64), paths);
     let pause = EVENTS_PER_STATUS.max(EVENTS_PER_NODE * nodes);
-    let mut slow = SlowNodes::new(faults);
+    let mut slow = SlowNodes::new(&options.faults);
     let mut told = 0;
     loop {
         let moves = run.advance();

@@ -170,7 +170,7 @@ fn more_memory_than_the_least_is_enough() {
         let mut options = options(&file, shape, nodes);
         options.mesh.owned_in_arena = true;
         (options.mesh.width, options.mesh.height) = (512, 512);
-        let least = crate::plan(&file.view(), &options.with_memory(16 << 20)).expect("plan").least;
+        let least = crate::least(&file.view(), &options).expect("there is a least");
         let fits = |memory: usize| crate::plan(&file.view(), &options.with_memory(memory)).is_ok();
         let refused = |memory: usize| match crate::plan(&file.view(), &options.with_memory(memory))
         {

@@ -17,8 +17,8 @@ use kiloray_scene::kilo::KiloFile;
 use kiloray_scene::model::{Light, Model};
 use kiloray_scene::{builtin, compile};
 use kiloray_sim::{
-    Control, Crash, Faults, Link, MeshOptions, Options, Profile, Rate, Slow, Switching, plan,
-    simulate,
+    Control, Crash, Faults, Link, MeshOptions, Options, Profile, Rate, Slow, Switching, least,
+    plan, simulate,
 };
 
 use crate::pool;
@@ -243,11 +243,11 @@ fn faults(random: &mut Rng, nodes: u16) -> Faults {
 /// From the least memory upwards.
 fn memory(random: &mut Rng, file: &KiloFile, options: &mut Options) {
     options.mesh.memory = 16 << 20;
-    let Ok(plan_of) = plan(&file.view(), options) else { return };
+    let Ok(least) = least(&file.view(), options) else { return };
     let times = one_of(random, &[100, 100, 110, 150, 200, 400, 800]);
-    options.mesh.memory = plan_of.least * times / 100;
+    options.mesh.memory = least * times / 100;
     if plan(&file.view(), options).is_err() {
-        options.mesh.memory = plan_of.least;
+        options.mesh.memory = least;
     }
 }
 

@@ -15,7 +15,7 @@ use kiloray_render::framing;
 use kiloray_scene::import::{self, ImportOptions};
 use kiloray_scene::kilo::KiloFile;
 use kiloray_scene::{builtin, compile};
-use kiloray_sim::{Control, Crash, Options, Rate, plan, simulate};
+use kiloray_sim::{Control, Crash, Options, Rate, least, simulate};
 
 use crate::reference::{bits, one_thread};
 
@@ -194,8 +194,8 @@ fn options(scene: &Scene, case: &Case, fault: Fault) -> Result<Options, String> 
             options.faults.crashes = vec![Crash { node: NodeId(case.topology.nodes() / 2), at }];
         }
     }
-    let least = plan(&scene.file.view(), &options.with_memory(16 << 20));
-    options.mesh.memory = least.map_err(|e| e.to_string())?.least * case.memory;
+    let least = least(&scene.file.view(), &options).map_err(|e| e.to_string())?;
+    options.mesh.memory = least * case.memory;
     Ok(options)
 }
 

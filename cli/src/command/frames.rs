@@ -31,20 +31,27 @@ pub(super) fn of_node(file: &KiloView<'_>, options: &Options) -> Option<String> 
     note(nesting(file), options.memory?, room)
 }
 
-/// The same of the nodes of a mesh.
-pub(super) fn of_mesh(file: &KiloView<'_>, options: &MeshOptions) -> Option<String> {
+/// The same of the nodes of a mesh, which these options divide like this.
+pub(super) fn of_mesh(
+    file: &KiloView<'_>,
+    options: &MeshOptions,
+    layout: &MeshLayout,
+) -> Option<String> {
     let blocks = file.blocks() as usize;
+    let of = |layout: &MeshLayout| -> Vec<_> {
+        let nodes = layout.plans.iter().zip(0..);
+        let owned = |node| layout.owned(NodeId(node)) as usize;
+        nodes
+            .map(|(plan, node)| Room { frames: plan.frames, blocks: blocks - owned(node) })
+            .collect()
+    };
     let rooms = |memory| {
+        if memory == options.memory {
+            return of(layout);
+        }
         let options = MeshOptions { memory, ..*options };
-        let layout = MeshLayout::new(file, &options, |_| (Time(0), Time(0)));
-        let of = |layout: MeshLayout| -> Vec<_> {
-            let nodes = layout.plans.iter().zip(0..);
-            let owned = |node| layout.owned(NodeId(node)) as usize;
-            nodes
-                .map(|(plan, node)| Room { frames: plan.frames, blocks: blocks - owned(node) })
-                .collect()
-        };
-        layout.map(of).unwrap_or_default()
+        let other = MeshLayout::new(file, &options, |_| (Time(0), Time(0)));
+        other.as_ref().map(of).unwrap_or_default()
     };
     note(nesting(file), options.memory, rooms)
 }

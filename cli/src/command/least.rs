@@ -1,11 +1,12 @@
 //! The least memory of a mesh's nodes: it is the least also where less or more of it has other blocks.
 
-use kiloray_sim::{Error, Options, plan};
+use kiloray_core::store::BudgetError;
+use kiloray_sim::{Error, MeshLayout, Options, least, plan};
 
-use super::{division, engine, sim};
+use super::{division, sim};
 use crate::{
     args,
-    failure::Outcome,
+    failure::{Failure, Outcome},
     scene::{self, Scene},
 };
 
@@ -26,15 +27,20 @@ impl<F: Fn(&Scene) -> Outcome<Options>> Mesh<'_, F> {
         self.block.is_none() && self.scene.stats.is_some()
     }
 
-    /// Refuses a memory that is too small, and options that cannot be.
-    pub(super) fn check(&self) -> Outcome {
+    /// The options, and how they divide the scene. Refuses a memory that is `too_small`, of which it is told the least and the packet that was asked for,
+    /// and options that cannot be.
+    pub(super) fn check(
+        &self,
+        too_small: impl FnOnce(&BudgetError, usize, u16) -> Failure,
+    ) -> Outcome<(Options, MeshLayout)> {
         let options = (self.options)(self.scene)?;
-        plan(&self.scene.file.view(), &options).map(drop).map_err(|error| match error {
-            Error::Budget(error) => {
-                engine::too_small(&error, self.least(error.need()), options.mesh.packet)
+        match plan(&self.scene.file.view(), &options) {
+            Ok(layout) => Ok((options, layout)),
+            Err(Error::Budget(error)) => {
+                Err(too_small(&error, self.least(error.need()), options.mesh.packet))
             }
-            other => sim::refused(other, &options),
-        })
+            Err(other) => Err(sim::refused(other, &options)),
+        }
     }
 
     /// The least memory that works; `here` is that with the blocks that the scene has now.
@@ -59,10 +65,6 @@ impl<F: Fn(&Scene) -> Outcome<Options>> Mesh<'_, F> {
     /// The least memory with blocks of a size; `None` where that cannot be.
     fn need(&self, block: u32) -> Option<usize> {
         let scene = scene::load(self.sources, Some(block), block, true).ok()?;
-        match plan(&scene.file.view(), &(self.options)(&scene).ok()?) {
-            Ok(plan) => Some(plan.least),
-            Err(Error::Budget(error)) => Some(error.need()),
-            Err(_) => None,
-        }
+        least(&scene.file.view(), &(self.options)(&scene).ok()?).ok()
     }
 }

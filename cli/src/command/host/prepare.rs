@@ -3,12 +3,12 @@
 use std::path::{Path, PathBuf};
 
 use kiloray_host::{Config, Folder, Job};
-use kiloray_render::{MeshOptions, framing};
+use kiloray_render::{MeshLayout, MeshOptions, framing};
 
 use crate::{
     args::{self, Bounds, Common, Division, Top},
     command::{
-        division, frames, least,
+        division, engine, frames, least,
         node::{refused, refused_with},
     },
     failure::{Failure, Outcome},
@@ -41,21 +41,18 @@ pub(super) fn prepare(host: &args::Host) -> Outcome<Prepared> {
             "--insecure: it goes with --config; nodes that are started here hear this machine alone",
         ));
     }
-    let mut prepared = match &host.config {
+    let (mut prepared, layout) = match &host.config {
         Some(path) => of_config(host, path)?,
         None => of_options(host)?,
     };
-    // What cannot be is found before there are processes.
-    let job = Job::new(&prepared.config, &prepared.scene.file.view())
-        .map_err(|error| refused_with(error, prepared.options.packet))?;
-    let few_frames = frames::of_mesh(&prepared.scene.file.view(), &prepared.options);
+    let few_frames = frames::of_mesh(&prepared.scene.file.view(), &prepared.options, &layout);
     prepared.scene.notes.extend(few_frames);
-    prepared.options = job.layout.resolved(&prepared.options);
+    prepared.options = layout.resolved(&prepared.options);
     Ok(prepared)
 }
 
 /// Nodes that are started elsewhere, with the same configuration.
-fn of_config(host: &args::Host, path: &Path) -> Outcome<Prepared> {
+fn of_config(host: &args::Host, path: &Path) -> Outcome<(Prepared, MeshLayout)> {
     let mut config = Config::read(path).map_err(refused)?;
     config.insecure = host.insecure;
     let secrets = config.tls.iter().flat_map(|tls| [&tls.root, &tls.certificate, &tls.key]);
@@ -70,8 +67,7 @@ fn of_config(host: &args::Host, path: &Path) -> Outcome<Prepared> {
     let compiled = args::Scene { scenes: scenes.clone(), ..host.scene };
     let block = division::default_block(config.mesh.memory as u64);
     let scene = scene::load(&compiled, None, block, host.common.quiet)?;
-    let job = Job::new(&config, &scene.file.view());
-    let options = job.map_err(|error| refused_with(error, config.mesh.packet))?.options;
+    let Job { options, layout, .. } = job(&config, &scene)?;
     let settings = options.settings;
     let common = Common {
         width: Some(options.width),
@@ -101,11 +97,12 @@ fn of_config(host: &args::Host, path: &Path) -> Outcome<Prepared> {
         block_replicas: options.replicas.into(),
         packet: Some(options.packet.into()),
     };
-    Ok(Prepared { common, division, scenes, scene, options, config, folder: None })
+    let prepared = Prepared { common, division, scenes, scene, options, config, folder: None };
+    Ok((prepared, layout))
 }
 
 /// Nodes of this machine.
-fn of_options(host: &args::Host) -> Outcome<Prepared> {
+fn of_options(host: &args::Host) -> Outcome<(Prepared, MeshLayout)> {
     let common = host.common.clone();
     // What makes no sense is said before the scene is read.
     let division = host.division.for_processes();
@@ -124,19 +121,17 @@ fn of_options(host: &args::Host) -> Outcome<Prepared> {
     let bounds =
         Bounds::new(common.width, common.height, framing::aspect(&view)).map_err(Failure::usage)?;
     let view = framing::fitted(view, bounds.width, bounds.height);
-    let options =
-        |scene: &Scene| division::options(&common, &division, bounds, topology, &scene.file.view());
-    least::Mesh {
+    let mesh = least::Mesh {
         sources: &host.scene,
         block: common.block,
         scene: &scene,
         options: |scene: &Scene| {
-            let mesh = options(scene)?;
+            let file = scene.file.view();
+            let mesh = division::options(&common, &division, bounds, topology, &file)?;
             Ok(kiloray_sim::Options { mesh, ..kiloray_sim::Options::new(1, 1, view, topology) })
         },
-    }
-    .check()?;
-    let options = options(&scene)?;
+    };
+    let options = mesh.check(engine::too_small)?.0.mesh;
     let nodes = options.topology.nodes();
     let (folder, file, addresses) = match &host.write_config {
         None => {
@@ -154,7 +149,13 @@ fn of_options(host: &args::Host) -> Outcome<Prepared> {
     let topology = division.topology.as_deref().unwrap_or_default();
     let mut config = Config::new(file, addresses, topology, &options, view);
     config.mesh.enforce = host.enforce;
-    Ok(Prepared { common, division, scenes, scene, options, config, folder })
+    let Job { layout, .. } = job(&config, &scene)?;
+    Ok((Prepared { common, division, scenes, scene, options, config, folder }, layout))
+}
+
+/// What cannot be is found before there are processes.
+fn job(config: &Config, scene: &Scene) -> Outcome<Job> {
+    Job::new(config, &scene.file.view()).map_err(|error| refused_with(error, config.mesh.packet))
 }
 
 /// Most nodes that are started here. Each is a process of some 20 MB with a queue of its own for processors, and takes two of the 1024 files that a

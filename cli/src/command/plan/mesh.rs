@@ -1,6 +1,10 @@
-use kiloray_core::network::Topology;
+use kiloray_core::{
+    network::{NodeId, Topology},
+    node::NodePlan,
+    store::Budget,
+};
 use kiloray_render::framing;
-use kiloray_sim::{Error, MeshOptions, MeshPlan, NodeShare, Options, plan};
+use kiloray_sim::{Error, MeshLayout, MeshOptions, Options};
 use serde_json::json;
 
 use super::{
@@ -26,36 +30,32 @@ pub(super) fn run(arguments: &args::Plan) -> Outcome {
     scene.print_notes(to_standard);
     let file = scene.file.view();
     let block_bytes = file.header().block_bytes;
-    let options = options(arguments, topology, &scene)?;
     let blocks = least::Mesh {
         sources: &arguments.scene,
         block: arguments.block,
         scene: &scene,
         options: |scene: &Scene| self::options(arguments, topology, scene),
     };
-    let mesh = plan(&file, &options).map_err(|error| match error {
-        Error::Budget(error) => {
-            let least = blocks.least(error.need());
-            too_small(arguments, &error, least, options.mesh.packet)
-        }
-        other => sim::refused(other, &options),
-    })?;
-    let least = blocks.least(mesh.least);
-    let (number, fullest) = fullest(&mesh)?;
-    failure::note(frames::of_mesh(&file, &options.mesh).as_deref(), to_standard);
+    let (options, layout) =
+        blocks.check(|error, least, packet| too_small(arguments, error, least, packet))?;
+    let refused = |error| sim::refused(error, &options);
+    let least = blocks.least(kiloray_sim::least(&file, &options).map_err(refused)?);
+    let (number, plan, budget) = fullest(&layout)?;
+    failure::note(frames::of_mesh(&file, &options.mesh, &layout).as_deref(), to_standard);
 
     let within = MeshOptions { owned_in_arena: true, ..options.mesh };
     let in_arena = Options { mesh: within, ..options.clone() };
-    let owned = owned(&mesh);
+    let owned = owned(&layout);
     let share = Share {
         scene: &scene,
-        mesh: &mesh,
+        nodes: layout.plans.len(),
         number,
-        node: &fullest,
+        plan,
+        budget,
         least,
         follows: blocks.follows(),
         owned,
-        in_arena: match plan(&file, &in_arena) {
+        in_arena: match kiloray_sim::plan(&file, &in_arena) {
             Ok(_) => None,
             Err(Error::Budget(error)) => Some(error.need()),
             Err(other) => return Err(sim::refused(other, &in_arena)),
@@ -68,14 +68,14 @@ pub(super) fn run(arguments: &args::Plan) -> Outcome {
             "scene": scene.name,
             "memory": memory,
             "least": least,
-            "nodes": mesh.nodes.len(),
+            "nodes": layout.plans.len(),
             "topology": name,
             "node": number,
-            "total": fullest.budget.bytes(),
-            "lines": budget_json(&fullest.budget),
-            "fetches": fullest.plan.fetches,
-            "tile": fullest.plan.side,
-            "packet_payload": fullest.plan.payload(),
+            "total": budget.bytes(),
+            "lines": budget_json(budget),
+            "fetches": plan.fetches,
+            "tile": plan.side,
+            "packet_payload": plan.payload(),
             "blocks": file.blocks(),
             "block_bytes": block_bytes,
             "owned": { "least": owned.0, "most": owned.1, "in_arena": options.mesh.owned_in_arena, "would_fit": share.in_arena.is_none() },
@@ -104,9 +104,10 @@ fn options(arguments: &args::Plan, topology: Topology, scene: &Scene) -> Outcome
 /// What is told.
 struct Share<'a> {
     scene: &'a Scene,
-    mesh: &'a MeshPlan,
+    nodes: usize,
     number: usize,
-    node: &'a NodeShare,
+    plan: &'a NodePlan,
+    budget: &'a Budget,
     /// The least memory with which it works.
     least: usize,
     /// The size of blocks follows from the memory.
@@ -119,10 +120,9 @@ struct Share<'a> {
 impl Share<'_> {
     fn print(&self, owned_in_arena: bool) -> Outcome {
         let file = self.scene.file.view();
-        let (plan, budget) = (&self.node.plan, &self.node.budget);
+        let Self { nodes, plan, budget, .. } = self;
         let block_bytes = u64::from(file.header().block_bytes);
         lines(format_args!("{budget}"))?;
-        let nodes = self.mesh.nodes.len();
         lines(format_args!(
             "\nNode {} of {nodes}, which has the least room. At least {} bytes of memory are needed{}.",
             self.number,
@@ -171,15 +171,16 @@ fn range(least: u32, most: u32) -> String {
 }
 
 /// The node with the fewest frames: those next to the host have a link more.
-fn fullest(mesh: &MeshPlan) -> Outcome<(usize, NodeShare)> {
-    let nodes = mesh.nodes.iter().copied().enumerate();
+fn fullest(layout: &MeshLayout) -> Outcome<(usize, &NodePlan, &Budget)> {
+    let nodes = layout.plans.iter().zip(&layout.budgets).enumerate();
     nodes
-        .min_by_key(|(_, node)| (node.plan.frames, node.plan.rays))
+        .map(|(number, (plan, budget))| (number, plan, budget))
+        .min_by_key(|(_, plan, _)| (plan.frames, plan.rays))
         .ok_or_else(|| Failure::new("a mesh has nodes"))
 }
 
 /// Least and most blocks that a node owns.
-fn owned(mesh: &MeshPlan) -> (u32, u32) {
-    let owned = mesh.nodes.iter().map(|node| node.owned);
+fn owned(layout: &MeshLayout) -> (u32, u32) {
+    let owned = (0..layout.plans.len() as u16).map(|node| layout.owned(NodeId(node)));
     (owned.clone().min().unwrap_or(0), owned.max().unwrap_or(0))
 }

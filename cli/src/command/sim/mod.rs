@@ -29,7 +29,7 @@ pub(super) use self::{
     summary::spared,
 };
 use super::{
-    division, frames, html, least,
+    division, engine, frames, html, least,
     mesh::{self, Line, Why},
 };
 use crate::{
@@ -68,15 +68,17 @@ pub(super) fn run(sim: &args::Sim) -> Outcome {
     // What makes no sense is said before the scene is read.
     sim.mesh.division.topology().map_err(Failure::usage)?;
     let mut scene = load(sim, quiet)?;
-    let options = options(sim, &scene)?;
-    least::Mesh {
-        sources: &sim.scene,
-        block: common.block,
-        scene: &scene,
-        options: |scene: &Scene| self::options(sim, scene),
-    }
-    .check()?;
-    let few_frames = frames::of_mesh(&scene.file.view(), &options.mesh);
+    let (options, few_frames) = {
+        let mesh = least::Mesh {
+            sources: &sim.scene,
+            block: common.block,
+            scene: &scene,
+            options: |scene: &Scene| options(sim, scene),
+        };
+        let (options, layout) = mesh.check(engine::too_small)?;
+        let few_frames = frames::of_mesh(&scene.file.view(), &options.mesh, &layout);
+        (options, few_frames)
+    };
     scene.notes.extend(few_frames);
     let path = sim.output.clone().unwrap_or_else(|| PathBuf::from(format!("{}.png", scene.name)));
     let cancel = interrupt::gentle();
