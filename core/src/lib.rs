@@ -47,6 +47,7 @@ pub mod render;
 pub mod scene;
 pub mod shade;
 pub mod store;
+mod tally;
 #[cfg(test)]
 mod tests;
 pub mod trace;

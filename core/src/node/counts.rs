@@ -1,6 +1,7 @@
 use crate::protocol::Message;
 use crate::shade;
 use crate::store::CacheCounts;
+use crate::tally::tally;
 
 /// What a node did so far.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -57,41 +58,13 @@ pub struct Counts {
 impl Counts {
     /// Adds what another node did. Of peaks the greater is kept.
     pub fn add(&mut self, other: &Self) {
-        self.shade.add(&other.shade);
-        for (sum, other) in [
-            (&mut self.cache.hits, other.cache.hits),
-            (&mut self.cache.misses, other.cache.misses),
-            (&mut self.cache.evictions, other.cache.evictions),
-            (&mut self.cache.fetched, other.cache.fetched),
-            (&mut self.tiles, other.tiles),
-            (&mut self.packets, other.packets),
-            (&mut self.migrated, other.migrated),
-            (&mut self.lights_given, other.lights_given),
-            (&mut self.points_moved, other.points_moved),
-            (&mut self.visitors, other.visitors),
-            (&mut self.refused, other.refused),
-            (&mut self.run_at_home, other.run_at_home),
-            (&mut self.rays_again, other.rays_again),
-            (&mut self.fetches_again, other.fetches_again),
-            (&mut self.tiles_again, other.tiles_again),
-            (&mut self.unasked, other.unasked),
-            (&mut self.damaged, other.damaged),
-            (&mut self.blocks_refused, other.blocks_refused),
-            (&mut self.stalls, other.stalls),
-        ] {
-            *sum = sum.saturating_add(other);
-        }
-        self.sent.add(&other.sent);
-        self.received.add(&other.received);
-        self.cache.frames_peak = self.cache.frames_peak.max(other.cache.frames_peak);
-        for (peak, other) in [
-            (&mut self.rays_peak, other.rays_peak),
-            (&mut self.shadows_peak, other.shadows_peak),
-            (&mut self.visitors_peak, other.visitors_peak),
-            (&mut self.tiles_peak, other.tiles_peak),
-        ] {
-            *peak = other.max(*peak);
-        }
+        tally!(self, other, Self {
+            sum tiles, packets, migrated, lights_given, points_moved, visitors, refused,
+                run_at_home, rays_again, fetches_again, tiles_again, unasked, damaged,
+                blocks_refused, stalls;
+            max rays_peak, shadows_peak, visitors_peak, tiles_peak;
+            parts shade, cache, sent, received;
+        });
     }
 }
 
@@ -129,17 +102,7 @@ impl Kinds {
     }
 
     fn add(&mut self, other: &Self) {
-        for (sum, other) in [
-            (&mut self.fetch, other.fetch),
-            (&mut self.part, other.part),
-            (&mut self.tile, other.tile),
-            (&mut self.ray, other.ray),
-            (&mut self.answer, other.answer),
-            (&mut self.refusal, other.refusal),
-        ] {
-            sum.count = sum.count.saturating_add(other.count);
-            sum.bytes = sum.bytes.saturating_add(other.bytes);
-        }
+        tally!(self, other, Self { parts fetch, part, tile, ray, answer, refusal; });
     }
 }
 
@@ -151,6 +114,12 @@ pub struct Kind {
     pub count: u64,
     /// Their bytes, without packet headers.
     pub bytes: u64,
+}
+
+impl Kind {
+    fn add(&mut self, other: &Self) {
+        tally!(self, other, Self { sum count, bytes; });
+    }
 }
 
 impl Kinds {

@@ -2,6 +2,8 @@ use core::ops::AddAssign;
 
 use bytemuck::{Pod, Zeroable};
 
+use crate::tally::tally;
+
 /// A moment of a node's clock, since its start, or a length of time \[ns\].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default, Pod, Zeroable)]
 #[repr(transparent)]
@@ -103,28 +105,13 @@ pub struct Work<N = u32> {
     pub checked: N,
 }
 
-impl<N: Into<u64>> AddAssign<Work<N>> for Work<u64> {
+impl<N: Copy + Into<u64>> AddAssign<Work<N>> for Work<u64> {
     fn add_assign(&mut self, more: Work<N>) {
-        self.nodes = self.nodes.saturating_add(more.nodes.into());
-        self.leaves = self.leaves.saturating_add(more.leaves.into());
-        self.blocks = self.blocks.saturating_add(more.blocks.into());
-        self.rays = self.rays.saturating_add(more.rays.into());
-        self.shadow_rays = self.shadow_rays.saturating_add(more.shadow_rays.into());
-        self.bundle_rays = self.bundle_rays.saturating_add(more.bundle_rays.into());
-        self.bundle_nodes = self.bundle_nodes.saturating_add(more.bundle_nodes.into());
-        self.bundle_boxes = self.bundle_boxes.saturating_add(more.bundle_boxes.into());
-        self.bundle_ray_boxes = self.bundle_ray_boxes.saturating_add(more.bundle_ray_boxes.into());
-        self.bundle_triangles = self.bundle_triangles.saturating_add(more.bundle_triangles.into());
-        self.bundle_ray_triangles =
-            self.bundle_ray_triangles.saturating_add(more.bundle_ray_triangles.into());
-        self.shadings = self.shadings.saturating_add(more.shadings.into());
-        self.shadings_again = self.shadings_again.saturating_add(more.shadings_again.into());
-        self.lights = self.lights.saturating_add(more.lights.into());
-        self.light_samples = self.light_samples.saturating_add(more.light_samples.into());
-        self.clips = self.clips.saturating_add(more.clips.into());
-        self.messages = self.messages.saturating_add(more.messages.into());
-        self.copied = self.copied.saturating_add(more.copied.into());
-        self.checked = self.checked.saturating_add(more.checked.into());
+        tally!(self, &more, Work {
+            sum nodes, leaves, blocks, rays, shadow_rays, bundle_rays, bundle_nodes, bundle_boxes,
+                bundle_ray_boxes, bundle_triangles, bundle_ray_triangles, shadings, shadings_again,
+                lights, light_samples, clips, messages, copied, checked;
+        });
     }
 }
 

@@ -1,3 +1,5 @@
+use crate::tally::tally;
+
 /// What was traced, and what was not: for the report.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -35,21 +37,9 @@ impl Counts {
 
     /// Adds what another has counted.
     pub fn add(&mut self, other: &Self) {
-        let pairs = [
-            (&mut self.primary, other.primary),
-            (&mut self.shadow, other.shadow),
-            (&mut self.specular, other.specular),
-            (&mut self.lights_below, other.lights_below),
-            (&mut self.lights_facing_away, other.lights_facing_away),
-            (&mut self.lights_out_of_reach, other.lights_out_of_reach),
-            (&mut self.lights_by_chance, other.lights_by_chance),
-            (&mut self.shadow_dark, other.shadow_dark),
-            (&mut self.shadow_clear, other.shadow_clear),
-            (&mut self.specular_by_chance, other.specular_by_chance),
-            (&mut self.specular_too_deep, other.specular_too_deep),
-        ];
-        for (mine, others) in pairs {
-            *mine = mine.saturating_add(others);
-        }
+        tally!(self, other, Self {
+            sum primary, shadow, specular, lights_below, lights_facing_away, lights_out_of_reach,
+                lights_by_chance, shadow_dark, shadow_clear, specular_by_chance, specular_too_deep;
+        });
     }
 }

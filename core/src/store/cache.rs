@@ -1,5 +1,6 @@
 use super::frame_table::{FrameEntry, FrameId, FrameTable, index_len};
 use super::{Arena, ArenaFull};
+use crate::tally::tally;
 use core::fmt;
 
 /// Fetched blocks, in frames of a node's arena.
@@ -77,6 +78,12 @@ pub struct CacheCounts {
     pub fetched: u64,
     /// Most frames in use at once.
     pub frames_peak: u64,
+}
+
+impl CacheCounts {
+    pub(crate) fn add(&mut self, other: &Self) {
+        tally!(self, other, Self { sum hits, misses, evictions, fetched; max frames_peak; });
+    }
 }
 
 impl<'a> BlockCache<'a> {
