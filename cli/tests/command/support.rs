@@ -148,6 +148,7 @@ pub(crate) fn is_gone(process: u32) -> bool {
 }
 
 /// The time that a process has worked (1/100 s).
+#[cfg(feature = "host")]
 pub(crate) fn worked(process: u32) -> u64 {
     let stat = fs::read_to_string(format!("/proc/{process}/stat")).unwrap_or_default();
     let behind_name = stat.rsplit_once(')').map_or("", |(_, rest)| rest);
