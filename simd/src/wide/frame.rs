@@ -148,16 +148,20 @@ pub(super) unsafe fn prepare(ray: &geometry::Ray, to: &mut PreparedRay) -> Optio
         }
         let one = _mm_set1_ps(1.0);
         let shear = _mm_div_ps(_mm_blend_ps::<0b1100>(permuted, one), z);
+        let mut inv = _mm_div_ps(one, direction);
         let least = _mm_set1_ps(greatest_of * PreparedRay::CLAMP);
-        let raised = _mm_or_ps(least, _mm_and_ps(signs, direction));
-        let clamped = _mm_blendv_ps(direction, raised, _mm_cmp_ps::<_CMP_LT_OQ>(size, least));
-        let inv = _mm_div_ps(one, clamped);
+        let small = _mm_cmp_ps::<_CMP_LT_OQ>(size, least);
+        if _mm_movemask_ps(small) & 0b111 != 0 {
+            // Few rays are so near an axis: the others need not wait to know.
+            let raised = _mm_or_ps(least, _mm_and_ps(signs, direction));
+            inv = _mm_div_ps(one, _mm_blendv_ps(direction, raised, small));
+        }
         let origin = _mm_loadu_ps(numbers);
         let (t_min, t_max) = (max(ray.t_min, 0.0), min(ray.t_max, f32::MAX));
         let along = Along::new(axis, first_three(shear), t_min, origin, inv);
         let greatest = greatest(magnitude(origin));
-        // `inv` is never zero: its sign bit tells.
-        let signs = _mm_movemask_ps(inv) as u8 & 7;
+        // As `inv` has them, and sooner.
+        let signs = _mm_movemask_ps(direction) as u8 & 7;
         let wide = Ray::new(origin, inv, signs, greatest, along);
         // Number by number: as a whole it would be put together elsewhere, and copied.
         to.origin.x = ray.origin.x;
