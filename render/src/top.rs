@@ -46,8 +46,8 @@ impl Top {
                 std::array::from_fn(|slot| match (below[slot], Child::decode(node.child[slot])) {
                     (Some(index), _) => ExpandedChild::Node(numbers[index]),
                     (None, Child::Empty) => ExpandedChild::Empty,
-                    (None, child @ Child::Leaf { .. }) if block < ExpandedChild::LEAF_BLOCKS => {
-                        ExpandedChild::Leaf { block, bits: child.encode() }
+                    (None, Child::Leaf { first, count }) if block < ExpandedChild::LEAF_BLOCKS => {
+                        ExpandedChild::Leaf { block, at: view.record_at(first), count }
                     }
                     (None, child) => {
                         let to = inside(&view, child)

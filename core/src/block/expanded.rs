@@ -3,7 +3,7 @@
 use bytemuck::{Pod, Zeroable};
 
 use super::file::KiloView;
-use super::format::{BlockHeader, Child, Node, Ref};
+use super::format::{BlockHeader, Node, Ref};
 use super::source::{BlockSource, NoBlock};
 use super::view::{BlockView, NO_HEADER};
 
@@ -30,14 +30,16 @@ pub enum ExpandedChild {
     Empty,
     /// A node of the top, by index.
     Node(u32),
-    /// A leaf of a block, with the bits of its [`Child`] there.
+    /// A leaf of a block. Its records are found without the block's header, which is read meanwhile.
     Leaf {
         /// The block.
         block: u32,
-        /// Its bits.
-        bits: u16,
+        /// [Where](BlockView::record_at) in it the records begin.
+        at: u16,
+        /// How many there are: 1 to 4.
+        count: u16,
     },
-    /// Index into the references of the top. The `node` of such a [`Ref`] holds the bits of a [`Child`] of its block, a node or a leaf.
+    /// Index into the references of the top. The `node` of such a [`Ref`] holds the bits of a [`Child`](super::format::Child) of its block, a node or a leaf.
     Ref(u32),
 }
 
@@ -50,7 +52,7 @@ pub enum ExpandedChild {
 /// | --- | --- |
 /// | below 7fffffff (hexadecimal) | [`ExpandedChild::Node`] |
 /// | 7fffffff | empty |
-/// | 31, 30 = 1, 0 | [`ExpandedChild::Leaf`]: bits 0–13 are those of the child, 14–29 the block |
+/// | 31, 30 = 1, 0 | [`ExpandedChild::Leaf`]: bits 0–11 say where its records begin, 12–13 how many there are but one, 14–29 the block |
 /// | 31, 30 = 1, 1 | [`ExpandedChild::Ref`] by bits 0–29 |
 ///
 /// Hits are the same with it and without, for the boxes are: see [`BoxFrame`](crate::trace::BoxFrame).
@@ -67,10 +69,8 @@ pub struct ExpandedTop<'a> {
 const REF: u32 = 0b11 << 30;
 /// It is a leaf.
 const LEAF: u32 = 0b10 << 30;
-/// The bits of a leaf in its block, beside the one that says so.
-const LEAF_BITS: u16 = 0x3fff;
-/// The bit of a leaf in its block that says so.
-const LEAF_BIT: u16 = Child::Leaf { first: 0, count: 1 }.encode();
+/// In the bits of a leaf: where its records begin.
+const AT: u16 = 0x0fff;
 
 impl ExpandedChild {
     /// Leaves of blocks from this number on are references.
@@ -82,8 +82,9 @@ impl ExpandedChild {
         match self {
             Self::Empty => ExpandedTop::EMPTY,
             Self::Node(index) => index,
-            Self::Leaf { block, bits } => {
-                LEAF | (block & (Self::LEAF_BLOCKS - 1)) << 14 | (bits & LEAF_BITS) as u32
+            Self::Leaf { block, at, count } => {
+                let bits = at & AT | (count.wrapping_sub(1) & 3) << 12;
+                LEAF | (block & (Self::LEAF_BLOCKS - 1)) << 14 | bits as u32
             }
             Self::Ref(index) => REF | index & !REF,
         }
@@ -148,12 +149,12 @@ impl<'a> ExpandedTop<'a> {
         self.nodes.get(child as usize)
     }
 
-    /// The block of the leaf that a child is, and its bits there.
+    /// The block of the leaf that a child is, where its records begin, and how many there are.
     #[inline(always)]
-    pub(crate) const fn leaf(child: u32) -> Option<(u32, u16)> {
+    pub(crate) const fn leaf(child: u32) -> Option<(u32, u16, u16)> {
         if child & REF == LEAF {
             let block = child >> 14 & (ExpandedChild::LEAF_BLOCKS - 1);
-            Some((block, LEAF_BIT | child as u16 & LEAF_BITS))
+            Some((block, child as u16 & AT, (child as u16 >> 12 & 3) + 1))
         } else {
             None
         }

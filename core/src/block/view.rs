@@ -204,6 +204,20 @@ impl<'a> BlockView<'a> {
         bytemuck::cast_slice(self.quads.get(from..from + usize::from(count)).unwrap_or_default())
     }
 
+    /// Where in the block the record with this index lies, in records from its begin: below 4096.
+    #[inline(always)]
+    #[must_use]
+    pub fn record_at(&self, index: u16) -> u16 {
+        (self.records_at as u16).wrapping_add(index)
+    }
+
+    /// So many records that lie here; none if they are not all there.
+    #[inline(always)]
+    pub(crate) fn records_from(&self, at: u16, count: u16) -> &'a [Record] {
+        let from = usize::from(at);
+        bytemuck::cast_slice(self.quads.get(from..from + usize::from(count)).unwrap_or_default())
+    }
+
     /// All records.
     #[must_use]
     pub fn records(&self) -> &'a [Record] {

@@ -35,7 +35,8 @@ pub(super) const fn records(leaf: u16) -> (u16, u16) {
 
 const NODE: u16 = Child::Node(0).encode();
 const REF: u16 = Child::Ref(0).encode();
-const LEAF: u16 = 0x4000;
+/// The bit of a leaf.
+pub(super) const LEAF: u16 = 0x4000;
 
 #[cfg(test)]
 mod tests {

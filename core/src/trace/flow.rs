@@ -2,7 +2,7 @@
 
 use super::beam::{Beam, farthest};
 use super::bundle::BundleVisited;
-use super::code::{INDEX, is_leaf, is_node, is_ref, records};
+use super::code::{INDEX, LEAF, is_leaf, is_node, is_ref, records};
 use super::cursor::{Cursor, Place, TraceError};
 use super::group::{Crossings, GROUP, Quad, Row, Verdict};
 use super::lanes::Lanes;
@@ -131,10 +131,9 @@ impl<
             let corrupt = Err(TraceError::Corrupt { block: if block == TOP { 0 } else { block } });
             let Some(level) = levels.get_mut(depth) else { break corrupt };
             level.pending = 0;
-            if block == TOP
-                && let Some((b, bits)) = ExpandedTop::leaf(child)
-            {
-                (block, child) = (b, bits.into());
+            let of_top = if block == TOP { ExpandedTop::leaf(child) } else { None };
+            if let Some((b, ..)) = of_top {
+                (block, child) = (b, LEAF.into());
             }
             'node: {
                 let planes = if block == TOP {
@@ -184,10 +183,17 @@ impl<
                             queries: &mut *flow.queries,
                             visited: &mut *visited,
                         };
+                        let records = match of_top {
+                            Some((_, at, count)) => view.records_from(at, count),
+                            None => {
+                                let (first, count) = records(bits);
+                                view.leaf(first, count)
+                            }
+                        };
                         let changed = if COHERENT {
-                            to.test(quad, bits, level.lanes())
+                            to.test(quad, records, level.lanes())
                         } else {
-                            to.test(quad, bits, level.alone())
+                            to.test(quad, records, level.alone())
                         };
                         if COHERENT && changed {
                             let groups = rays.groups.get(first..*used);
@@ -382,14 +388,13 @@ impl<L: Lanes, Q: Query, const GROUPS: usize> Leaf<'_, '_, L, Q, GROUPS> {
     fn test(
         &mut self,
         quad: &mut Quad,
-        leaf: u16,
+        records: &[Record],
         list: impl Iterator<Item = (usize, u32)> + Clone,
     ) -> bool {
         let (view, lanes) = (self.view, self.lanes);
-        let (first, count) = records(leaf);
         let vertices = view.vertex_numbers();
         let mut changed = false;
-        for record in view.leaf(first, count) {
+        for record in records {
             if record.base & RECORD_SPHERES == 0 && lanes.quad(vertices, record, quad) {
                 for (g, asked) in list.clone() {
                     changed |= if asked.count_ones() as usize >= L::TOGETHER {

@@ -3,7 +3,6 @@
 #[cfg(feature = "sphere")]
 use glam::Vec3;
 
-use super::code::records;
 use super::group::{Crossings, GROUP, Verdict};
 use super::lanes::Lanes;
 use super::query::{Query, Whole};
@@ -19,16 +18,15 @@ use crate::geometry::{Hit, PreparedRay, Primitive};
 pub(super) fn leaf<L: Lanes, Q: Query>(
     lanes: L,
     view: &BlockView<'_>,
-    leaf: u16,
+    records: &[Record],
     prepared: &L::Ray,
     crossings: &mut Crossings,
     ray: &mut PreparedRay,
     t_max: &mut f32,
     query: &mut Q,
 ) -> bool {
-    let (first, count) = records(leaf);
     let vertices = view.vertex_numbers();
-    for record in view.leaf(first, count) {
+    for record in records {
         if record.base & RECORD_SPHERES != 0 {
             ray.t_max = *t_max;
             let done = spheres(view, record, ray, query);

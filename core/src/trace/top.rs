@@ -40,14 +40,15 @@ pub(super) fn in_top<L: Lanes, S: BlockSource, Q: Query>(
             }
             stack.descend(&mut height, &mut at, met);
         }
-        if let Some((block, child)) = ExpandedTop::leaf(at.entry.0) {
+        if let Some((block, at_record, count)) = ExpandedTop::leaf(at.entry.0) {
             let view = match source.block(block) {
                 Ok(view) => view,
                 Err(error) => break Err(TraceError::Source(error)),
             };
             visited.blocks = visited.blocks.wrapping_add(1);
             at.tests();
-            if leaf(lanes, &view, child, prepared, crossings, ray, &mut t_max, query) {
+            let records = view.records_from(at_record, count);
+            if leaf(lanes, &view, records, prepared, crossings, ray, &mut t_max, query) {
                 break Ok(Leave::Done);
             }
         } else if let Some(to) = source.top().reference(at.entry.0) {

@@ -1,6 +1,6 @@
 //! The traversal of a single ray.
 
-use super::code::{INDEX, is_leaf, is_node, is_ref};
+use super::code::{INDEX, is_leaf, is_node, is_ref, records};
 use super::cursor::{Cursor, Place, TraceError, Visited};
 use super::group::Crossings;
 use super::lanes::Lanes;
@@ -228,7 +228,9 @@ impl<L: Lanes, Q: Query> Part for InBlock<'_, '_, L, Q> {
             let child = run.at.child();
             if is_leaf(child) {
                 run.at.tests();
-                if leaf(lanes, view, child, prepared, crossings, ray, &mut run.t_max, query) {
+                let (first, count) = records(child);
+                let records = view.leaf(first, count);
+                if leaf(lanes, view, records, prepared, crossings, ray, &mut run.t_max, query) {
                     break Leave::Done;
                 }
             } else if is_ref(child) {

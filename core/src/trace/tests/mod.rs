@@ -79,8 +79,8 @@ impl Grown {
                         ExpandedChild::Node(grown.from.len() as u32 - 1)
                     }
                     // Some leaves by reference, as those of blocks with great numbers are.
-                    Child::Leaf { first, .. } if first % 3 > 0 => {
-                        ExpandedChild::Leaf { block, bits: child.encode() }
+                    Child::Leaf { first, count } if first % 3 > 0 => {
+                        ExpandedChild::Leaf { block, at: view.record_at(first), count }
                     }
                     child => {
                         grown.refs.push(Ref { block, node: child.encode(), _zero: 0 });
