@@ -17,6 +17,7 @@ use std::{path::PathBuf, sync::atomic::Ordering};
 
 use kiloray_core::network::PacketHeader;
 use kiloray_sim::{End, LineReport, LinkReport, Options, Report};
+use kiloray_simd::Auto;
 
 use self::{
     cut::Cut,
@@ -58,6 +59,13 @@ pub(super) struct Run<'a> {
     pub(super) exposure: Option<f32>,
 }
 
+/// What is to say of a machine where nodes have no lanes: they do the work of a small processor, whatever the profile.
+fn other_work(lanes: Auto) -> Option<String> {
+    (lanes.name() == "scalar").then(|| {
+        "this machine has no AVX2: nodes trace rays one by one here, so virtual times are not those of a machine that has it".into()
+    })
+}
+
 /// Simulates and writes.
 pub(super) fn run(sim: &args::Sim) -> Outcome {
     let common = &sim.common;
@@ -80,6 +88,7 @@ pub(super) fn run(sim: &args::Sim) -> Outcome {
         (options, few_frames)
     };
     scene.notes.extend(few_frames);
+    scene.notes.extend(other_work(Auto::detect()));
     let path = sim.output.clone().unwrap_or_else(|| PathBuf::from(format!("{}.png", scene.name)));
     let cancel = interrupt::gentle();
     // Whether all can be written shows before the work.
