@@ -88,7 +88,6 @@ pub(super) fn run(sim: &args::Sim) -> Outcome {
         (options, few_frames)
     };
     scene.notes.extend(few_frames);
-    scene.notes.extend(other_work(Auto::detect()));
     let path = sim.output.clone().unwrap_or_else(|| PathBuf::from(format!("{}.png", scene.name)));
     let cancel = interrupt::gentle();
     // Whether all can be written shows before the work.
@@ -194,7 +193,8 @@ fn heavy(options: &Options) -> Vec<&'static str> {
 
 /// Reads and compiles the scene, in blocks that suit the nodes' memory.
 pub(super) fn load(sim: &args::Sim, quiet: bool) -> Outcome<Scene> {
-    let scene = scene::load(&sim.scene, sim.common.block, default_block(sim), quiet)?;
+    let mut scene = scene::load(&sim.scene, sim.common.block, default_block(sim), quiet)?;
+    scene.notes.extend(other_work(Auto::detect()));
     Ok(scene.with_view(sim.common.view.as_ref()))
 }
 
