@@ -10,8 +10,22 @@ COMMAND = os.path.abspath(found.stdout.strip())
 
 def rendering(scene, out, **options):
     """The command that renders a scene; options are those of `render`, and None leaves one out."""
+    return [COMMAND, 'render', scene, *words(options), '--quiet', '-o', out]
+
+
+def words(options):
     given = [('--' + name.replace('_', '-'), str(value)) for name, value in options.items() if value is not None]
-    return [COMMAND, 'render', scene, *(part for option in given for part in option), '--quiet', '-o', out]
+    return [part for option in given for part in option]
+
+
+def compile(files, out):
+    subprocess.run([COMMAND, 'compile', *files, '--quiet', '-o', out], stdout=subprocess.DEVNULL, check=True)
+
+
+def seconds(compiled, width, height, pixels, **options):
+    """CPU seconds of a rendering on one thread, after a first one in the same process; writes its pixels."""
+    command = [os.path.join(ROOT, 'target/release/render_time'), compiled, str(width), str(height), *words(options), '--out', pixels]
+    return float(subprocess.run(command, stdout=subprocess.PIPE, check=True).stdout)
 
 
 def render(scene, out, **options):
