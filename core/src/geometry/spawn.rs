@@ -165,16 +165,19 @@ fn length(light: &Light) -> f32 {
 }
 
 /// The nearest f32 that is not on the wrong side of `x`: not below it if `sign` is above zero, not above if below.
+///
+/// Whether the nearest will do nobody can foretell: it is a number here, not a branch.
+#[cfg_attr(feature = "bundles", inline(always))]
+#[cfg_attr(not(feature = "bundles"), inline(never))]
 fn round_towards(x: f64, sign: f64) -> f32 {
     let nearest = x as f32;
     let back = f64::from(nearest);
-    if sign > 0.0 && back < x {
-        nearest.next_up()
-    } else if sign < 0.0 && back > x {
-        nearest.next_down()
-    } else {
-        nearest
-    }
+    let up = i32::from(sign > 0.0) & i32::from(back < x);
+    let down = i32::from(sign < 0.0) & i32::from(back > x);
+    // The bits of a number count its distance from zero, and a tiny number is rounded to the zero of its sign.
+    let bits = nearest.to_bits().cast_signed();
+    let outward = bits >> 31 | 1;
+    f32::from_bits(bits.wrapping_add((up - down) * outward).cast_unsigned())
 }
 
 #[cfg_attr(feature = "bundles", inline(always))]

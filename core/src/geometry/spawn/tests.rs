@@ -261,3 +261,24 @@ fn nothing_strange_makes_it_panic() {
         }
     }
 }
+
+#[test]
+fn rounding_to_a_side_is_the_nearest_number_or_its_neighbour() {
+    let mut n = Numbers(11);
+    let special = [0.0, -0.0, f64::MIN_POSITIVE, 1e-46, -1e-46, 3e-45, f64::from(f32::MAX), 1e39];
+    let special = special.into_iter().chain([-1e39, f64::INFINITY, f64::NAN, 1.0, -1.0]);
+    let any = (0..200_000).map(|_| match n.pick(2) {
+        0 => f64::from_bits(n.bits()),
+        _ => f64::from(n.signed()) * f64::from(n.decade(-46, 39)) * (1.0 + 1e-9),
+    });
+    for x in special.chain(any) {
+        let nearest = x as f32;
+        let next = |is_wrong: bool, next: f32| if is_wrong { next } else { nearest };
+        let up = next(f64::from(nearest) < x, nearest.next_up());
+        let down = next(f64::from(nearest) > x, nearest.next_down());
+        for (sign, expected) in [(0.3, up), (-0.3, down), (0.0, nearest), (-0.0, nearest)] {
+            let found = round_towards(x, sign);
+            assert_eq!(found.to_bits(), expected.to_bits(), "{x:e} towards {sign}");
+        }
+    }
+}
