@@ -25,7 +25,7 @@ pub struct Options {
 /// How boxes and triangles are tested. The hits are the same.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Lanes {
-    /// As many at once as the machine can.
+    /// As is quickest on this machine.
     #[default]
     Auto,
     /// One by one, as a small processor does.

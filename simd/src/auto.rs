@@ -1,10 +1,12 @@
 use kiloray_core::block::BlockSource;
-use kiloray_core::trace::{Kernel, Query, Scalar, Search, TraceError, Tracer};
+use kiloray_core::trace::{Kernel, Query, Search, TraceError, Tracer};
+
+use crate::portable::{Portable, fused};
 
 #[cfg(target_arch = "x86_64")]
 use crate::wide::{Avx2, Avx512};
 
-/// Traces with the best lanes that the machine has.
+/// Traces with the best lanes that the machine has: eight on any, which do the same work.
 #[derive(Debug, Clone, Copy)]
 pub struct Auto(Found);
 
@@ -14,14 +16,14 @@ enum Found {
     Avx512(Avx512),
     #[cfg(target_arch = "x86_64")]
     Avx2(Avx2),
-    Scalar,
+    Portable,
 }
 
 impl Auto {
     /// Finds out what the machine can do.
     #[must_use]
     pub fn detect() -> Self {
-        Self::all().next().unwrap_or(Self(Found::Scalar))
+        Self::all().next().unwrap_or(Self(Found::Portable))
     }
 
     /// All lanes that the machine has, the best first.
@@ -30,7 +32,13 @@ impl Auto {
         let wide = [Avx512::detect().map(Found::Avx512), Avx2::detect().map(Found::Avx2)];
         #[cfg(not(target_arch = "x86_64"))]
         let wide = [None; 0];
-        wide.into_iter().flatten().chain([Found::Scalar]).map(Self)
+        wide.into_iter().flatten().chain([Found::Portable]).map(Self)
+    }
+
+    /// Whether they are quicker than [`Scalar`](kiloray_core::trace::Scalar), which does other work. They are not where eight numbers go by twos, for want of an instruction.
+    #[must_use]
+    pub fn are_quick(self) -> bool {
+        !matches!(self.0, Found::Portable) || fused::IS_INSTRUCTION
     }
 
     /// What it traces with.
@@ -41,7 +49,7 @@ impl Auto {
             Found::Avx512(_) => "avx512",
             #[cfg(target_arch = "x86_64")]
             Found::Avx2(_) => "avx2",
-            Found::Scalar => "scalar",
+            Found::Portable => "portable",
         }
     }
 }
@@ -72,7 +80,7 @@ impl Tracer for Auto {
             Found::Avx2(lanes) => unsafe {
                 run_avx2::<T, S, Q>(lanes, room, source, rays, queries)
             },
-            Found::Scalar => Scalar.run::<T, S, Q>(room, source, rays, queries),
+            Found::Portable => T::run(Portable, room, source, rays, queries),
         }
     }
 
@@ -85,7 +93,7 @@ impl Tracer for Auto {
             // SAFETY: as above.
             #[cfg(target_arch = "x86_64")]
             Found::Avx2(lanes) => unsafe { compute_avx2(lanes, kernel) },
-            Found::Scalar => kernel.run(Scalar),
+            Found::Portable => kernel.run(Portable),
         }
     }
 }

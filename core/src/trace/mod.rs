@@ -1,7 +1,7 @@
 //! Closest hit, any hit and transmittance over blocks.
 //!
 //! One traversal serves all machines. It is generic over [`Lanes`] (how many boxes and triangles are
-//! tested at once: [`Scalar`] here, AVX2 and AVX-512 in `kiloray-simd`), over the [`BlockSource`](crate::block::BlockSource) (a
+//! tested at once: [`Scalar`] here, eight in `kiloray-simd`), over the [`BlockSource`](crate::block::BlockSource) (a
 //! mapped file, a cache that fetches, a node that must wait) and over what is asked of the ray. The
 //! [hit](crate::geometry#what-a-hit-is) is the same to the bit, whatever of these is used.
 //!

@@ -1,6 +1,25 @@
 //! The tests of `kiloray-core`'s traversal, with all lanes that this machine has.
 
+/// Something of all eight lanes that this machine has. One without the others never uses them.
+macro_rules! of_all {
+    (|$lanes:ident| $what:expr) => {
+        let $lanes = crate::Portable;
+        $what;
+        #[cfg(target_arch = "x86_64")]
+        if let Some($lanes) = crate::Avx2::detect() {
+            $what;
+        }
+        #[cfg(target_arch = "x86_64")]
+        if let Some($lanes) = crate::Avx512::detect() {
+            $what;
+        }
+    };
+}
+
 // The shared files name their modules as they do in `kiloray-core`.
+#[cfg(target_arch = "x86_64")]
+mod portable;
+mod real;
 mod shadows;
 #[path = "../../../core/src/trace/tests/mod.rs"]
 mod shared;
@@ -26,26 +45,19 @@ fn what_is_no_ray_hits_nothing() {
     Auto::all().for_each(agree::no_ray_hits);
 }
 
-#[cfg(target_arch = "x86_64")]
 #[test]
 fn slots_enclose_the_intervals_of_own_boxes() {
-    // A machine without these lanes never uses them.
-    crate::Avx2::detect().into_iter().for_each(frames::enclose);
-    crate::Avx512::detect().into_iter().for_each(frames::enclose);
+    of_all!(|lanes| frames::enclose(lanes));
 }
 
-#[cfg(target_arch = "x86_64")]
 #[test]
 fn groups_and_beams_enclose_the_intervals_of_own_boxes() {
-    crate::Avx2::detect().into_iter().for_each(frames::groups_enclose);
-    crate::Avx512::detect().into_iter().for_each(frames::groups_enclose);
+    of_all!(|lanes| frames::groups_enclose(lanes));
 }
 
-#[cfg(target_arch = "x86_64")]
 #[test]
 fn lists_are_selected_from_in_their_order() {
-    crate::Avx2::detect().into_iter().for_each(frames::lists_select);
-    crate::Avx512::detect().into_iter().for_each(frames::lists_select);
+    of_all!(|lanes| frames::lists_select(lanes));
 }
 
 #[test]

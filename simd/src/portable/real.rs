@@ -1,0 +1,176 @@
+//! Eight numbers at a time, for samples of light: to each is done what is done to one.
+
+use core::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Neg, Not, Shl, Shr, Sub};
+
+use kiloray_core::real::{Bits, LANES, Mask, Real};
+
+use super::boxes::each;
+
+/// A number, or an answer, in each lane.
+#[derive(Debug, Clone, Copy)]
+pub struct Each<T>(pub(super) [T; LANES]);
+
+impl<T: Copy + Default> Each<T> {
+    #[inline(always)]
+    fn map<U: Copy + Default>(self, of: impl Fn(T) -> U) -> Each<U> {
+        Each(each(|lane| of(self.0[lane])))
+    }
+
+    #[inline(always)]
+    fn with(self, other: Self, of: impl Fn(T, T) -> T) -> Self {
+        Self(each(|lane| of(self.0[lane], other.0[lane])))
+    }
+}
+
+macro_rules! operators {
+    ($($trait:ident $method:ident,)*) => {
+        $(impl<T: Copy + Default + $trait<Output = T>> $trait for Each<T> {
+            type Output = Self;
+
+            #[inline(always)]
+            fn $method(self, other: Self) -> Self {
+                self.with(other, T::$method)
+            }
+        }
+
+        impl<T: Copy + Default + $trait<Output = T>> $trait<T> for Each<T> {
+            type Output = Self;
+
+            #[inline(always)]
+            fn $method(self, other: T) -> Self {
+                self.map(|x| x.$method(other))
+            }
+        })*
+    };
+}
+
+operators! {
+    Add add, Sub sub, Mul mul, Div div, BitXor bitxor, BitAnd bitand, BitOr bitor, Shl shl, Shr shr,
+}
+
+impl<T: Copy + Default + Not<Output = T>> Not for Each<T> {
+    type Output = Self;
+
+    #[inline(always)]
+    fn not(self) -> Self {
+        self.map(T::not)
+    }
+}
+
+impl<T: Copy + Default + Neg<Output = T>> Neg for Each<T> {
+    type Output = Self;
+
+    #[inline(always)]
+    fn neg(self) -> Self {
+        self.map(T::neg)
+    }
+}
+
+impl Real for Each<f32> {
+    type Mask = Each<bool>;
+    type Bits = Each<u32>;
+
+    const COUNT: usize = LANES;
+
+    #[inline(always)]
+    fn same(self, x: f32) -> Self {
+        Self([x; LANES])
+    }
+
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        self.map(f32::sqrt)
+    }
+
+    #[inline(always)]
+    fn abs(self) -> Self {
+        self.map(f32::abs)
+    }
+
+    #[inline(always)]
+    fn copysign(self, sign: Self) -> Self {
+        self.with(sign, f32::copysign)
+    }
+
+    #[inline(always)]
+    fn greater(self, other: Self) -> Self {
+        self.with(other, Real::greater)
+    }
+
+    #[inline(always)]
+    fn lesser(self, other: Self) -> Self {
+        self.with(other, Real::lesser)
+    }
+
+    #[inline(always)]
+    fn above(self, other: Self) -> Each<bool> {
+        Each(each(|lane| self.0[lane] > other.0[lane]))
+    }
+
+    #[inline(always)]
+    fn select(mask: Each<bool>, yes: Self, no: Self) -> Self {
+        Self(each(|lane| if mask.0[lane] { yes.0[lane] } else { no.0[lane] }))
+    }
+
+    #[inline(always)]
+    fn bits(self) -> Each<u32> {
+        self.map(f32::to_bits)
+    }
+
+    #[inline(always)]
+    fn of_bits(bits: Each<u32>) -> Self {
+        bits.map(f32::from_bits)
+    }
+
+    #[inline(always)]
+    fn whole(self) -> Each<u32> {
+        self.map(Real::whole)
+    }
+
+    #[inline(always)]
+    fn store(self, to: &mut [f32; LANES]) {
+        *to = self.0;
+    }
+}
+
+impl Bits for Each<u32> {
+    type Real = Each<f32>;
+    type Mask = Each<bool>;
+
+    #[inline(always)]
+    fn same(self, x: u32) -> Self {
+        Self([x; LANES])
+    }
+
+    #[inline(always)]
+    fn sum(self, other: Self) -> Self {
+        self.with(other, u32::wrapping_add)
+    }
+
+    #[inline(always)]
+    fn product(self, other: Self) -> Self {
+        self.with(other, u32::wrapping_mul)
+    }
+
+    #[inline(always)]
+    fn reversed(self) -> Self {
+        self.map(u32::reverse_bits)
+    }
+
+    #[inline(always)]
+    fn is_zero(self) -> Each<bool> {
+        self.map(|x| x == 0)
+    }
+
+    #[inline(always)]
+    fn real(self) -> Each<f32> {
+        self.map(Bits::real)
+    }
+}
+
+impl Mask for Each<bool> {
+    #[inline(always)]
+    fn lanes(self) -> u32 {
+        (0..LANES).fold(0, |lanes, lane| lanes | u32::from(self.0[lane]) << lane)
+    }
+}
