@@ -42,6 +42,16 @@ pub fn simulate(
     options: &Options,
     control: &Control<'_>,
 ) -> Result<Outcome, Error> {
+    with_lanes(Auto::detect(), file, options, control)
+}
+
+/// [`simulate`] with the lanes of some machine.
+pub(crate) fn with_lanes(
+    lanes: Auto,
+    file: &KiloView<'_>,
+    options: &Options,
+    control: &Control<'_>,
+) -> Result<Outcome, Error> {
     check(file, options)?;
     let (width, height) = (options.mesh.width, options.mesh.height);
     let samples = options.mesh.settings.samples;
@@ -54,7 +64,7 @@ pub fn simulate(
     let world = |tables| {
         let shader = Shader::new(tables, options.mesh.settings).with_rows(&rows);
         let scratch = ThreadScratch { together: options.profile.together };
-        Picture::new(Auto::detect(), shader, camera, tiling, file.limits()).working_in(scratch)
+        Picture::new(lanes, shader, camera, tiling, file.limits()).working_in(scratch)
     };
 
     let size = layout.host_router(&mesh);

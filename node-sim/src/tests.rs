@@ -1,5 +1,6 @@
 //! The picture of a mesh is that of one machine, to the bit; what cannot be is refused by cause.
 
+use crate::simulate::with_lanes;
 use crate::{
     Control, Crash, Error, Link, MeshOptions, NodeReport, Options, Outcome, Profile, Rate, Slow,
     Status, estimates, simulate,
@@ -10,6 +11,7 @@ use kiloray_core::shade::Tables;
 use kiloray_core::store::Line;
 use kiloray_scene::kilo::KiloFile;
 use kiloray_scene::{builtin, compile};
+use kiloray_simd::Auto;
 use proptest::prelude::*;
 use std::sync::LazyLock;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -463,6 +465,25 @@ fn a_cancelled_run_gives_what_is_rendered() {
     let pixels = outcome.picture.pixels.iter().zip(&reference.pixels);
     assert!(pixels.clone().all(|(a, b)| a == b || *a == [0.0; 3]));
     assert!(pixels.filter(|(a, _)| **a != [0.0; 3]).count() > 100);
+}
+
+#[test]
+fn nodes_do_the_same_work_on_any_machine() {
+    for (name, block_bytes) in [("cornell", 1024), ("glass", 2048), ("sphereflake:2", 1024)] {
+        let file = scene(name, block_bytes);
+        let mut options = options(&file, "torus:3x2", 6);
+        options.mesh.settings.shadow_samples = 5;
+        let control = Control { cancel: &AtomicBool::new(false), progress: &|_| {} };
+        let of = |lanes| with_lanes(lanes, &file.view(), &options, &control).expect("it runs");
+        let mut runs = Auto::all().map(|lanes| (lanes.name(), of(lanes)));
+        let (_, first) = runs.next().expect("any machine has lanes");
+        assert!(first.is_complete() && first.report.events > 100, "{}", first.report.events);
+        for (lanes, other) in runs {
+            assert!(first.picture.pixels == other.picture.pixels, "{name}, {lanes}");
+            let report = |outcome: &Outcome| format!("{:#?}", outcome.report);
+            assert_eq!(report(&first), report(&other), "{name}, {lanes}");
+        }
+    }
 }
 
 #[test]

@@ -46,10 +46,9 @@ Examples:
 
 Every node is the real one: it has --memory for all that it holds, and knows no more than what its
 links bring. Time is virtual: a profile says how long an operation takes, so the same command gives
-the same times on any machine with AVX2 (on one without nodes do other work). The pixels are those
-of 'kiloray render', to the bit, whatever the mesh, the memory, the schedule and the faults; where
-all copies of a block die with their nodes the run ends with an error, and what was rendered is
-marked as incomplete.
+the same times on any machine. The pixels are those of 'kiloray render', to the bit, whatever the
+mesh, the memory, the schedule and the faults; where all copies of a block die with their nodes the
+run ends with an error, and what was rendered is marked as incomplete.
 
 efficiency = T1 / (nodes x TN), with T1 the virtual time of one node of the same profile that has
 the whole scene in its memory. The page of --report shows what the rest was lost to.";

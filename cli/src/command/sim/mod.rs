@@ -17,7 +17,6 @@ use std::{path::PathBuf, sync::atomic::Ordering};
 
 use kiloray_core::network::PacketHeader;
 use kiloray_sim::{End, LineReport, LinkReport, Options, Report};
-use kiloray_simd::Auto;
 
 use self::{
     cut::Cut,
@@ -57,13 +56,6 @@ pub(super) struct Run<'a> {
     cut: Option<Cut>,
     /// Stops of a PNG, the picture or that of the page.
     pub(super) exposure: Option<f32>,
-}
-
-/// What is to say of a machine where nodes have no lanes: they do the work of a small processor, whatever the profile.
-fn other_work(lanes: Auto) -> Option<String> {
-    (lanes.name() == "scalar").then(|| {
-        "this machine has no AVX2: nodes trace rays one by one here, so virtual times are not those of a machine that has it".into()
-    })
 }
 
 /// Simulates and writes.
@@ -193,8 +185,7 @@ fn heavy(options: &Options) -> Vec<&'static str> {
 
 /// Reads and compiles the scene, in blocks that suit the nodes' memory.
 pub(super) fn load(sim: &args::Sim, quiet: bool) -> Outcome<Scene> {
-    let mut scene = scene::load(&sim.scene, sim.common.block, default_block(sim), quiet)?;
-    scene.notes.extend(other_work(Auto::detect()));
+    let scene = scene::load(&sim.scene, sim.common.block, default_block(sim), quiet)?;
     Ok(scene.with_view(sim.common.view.as_ref()))
 }
 

@@ -216,10 +216,3 @@ fn heavy_faults_of_links_are_named_where_nothing_moves() {
         });
     }
 }
-
-#[test]
-fn a_machine_on_which_nodes_do_other_work_is_noted() {
-    let noted: Vec<_> = Auto::all().filter(|lanes| other_work(*lanes).is_some()).collect();
-    let [scalar] = noted[..] else { panic!("{noted:?}") };
-    assert_eq!(scalar.name(), "scalar");
-}
