@@ -9,8 +9,13 @@ use crate::store::{Arena, ArenaFull};
 ///
 /// Most requests are short and many, most replies are blocks: where packets are large, those of requests are smaller, and more of them fit
 /// a buffer. So a short packet does not take the place of a long one, and requests do not wait for a place at every hop.
+///
+/// What the host sends is shorter still, and all of it comes in by two links: where it has more memory than a node, the buffers at the near ends of those take as many
+/// short packets as there is room for in the bytes of long ones.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct RouterSize {
+    /// Where it is, if the host has more memory.
+    pub site: Site,
     /// Ports of the node, used or not.
     pub ports: u16,
     /// Classes of the topology.
@@ -27,6 +32,21 @@ pub struct RouterSize {
     pub payload: u16,
 }
 
+/// Where a router is in a [`Mesh`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Site {
+    /// Among nodes.
+    Inside,
+    /// At a node whose last port leads to the host.
+    Entry,
+    /// At the host.
+    Host,
+}
+
+/// Greatest payload of a packet of the host's replies \[bytes\]: two of them at least.
+const HOST_PAYLOAD: u16 = 64;
+/// Such packets in a buffer, at most.
+const ENTRY_DEPTH: u16 = 16;
 /// Greatest payload of a packet of requests \[bytes\]: some fetches, or two rays.
 const REQUEST_PAYLOAD: u16 = 512;
 /// Such packets in a buffer, at most.
@@ -39,16 +59,24 @@ impl RouterSize {
         let depth = depth.clamp(1, 255);
         let (ports, classes) = (mesh.ports(here), mesh.classes());
         let [node_depth, host_depth] = [depth; 2];
-        Self { ports, classes, depth, node_depth, host_depth, own: depth, payload }
+        let site = Site::Inside;
+        Self { site, ports, classes, depth, node_depth, host_depth, own: depth, payload }
     }
 
     /// The same where the host's buffers hold so many packets, if that is more.
     #[must_use]
-    pub fn with_host(self, here: NodeId, depth: u16) -> Self {
-        let host_depth = depth.max(self.node_depth).min(255);
-        let (depth, own) =
-            if here == HOST { (host_depth, host_depth) } else { (self.depth, self.own) };
-        Self { depth, host_depth, own, ..self }
+    pub fn with_host(self, mesh: &Mesh, here: NodeId, depth: u16) -> Self {
+        let host_depth = depth.min(255);
+        if host_depth <= self.node_depth {
+            return self;
+        }
+        if here == HOST {
+            let (depth, own) = (host_depth, host_depth);
+            return Self { site: Site::Host, depth, host_depth, own, ..self };
+        }
+        let is_entry = mesh.attached().contains(&here);
+        let site = if is_entry { Site::Entry } else { Site::Inside };
+        Self { site, host_depth, ..self }
     }
 
     /// The same with room for more packets of the node's own.
@@ -85,21 +113,59 @@ impl RouterSize {
     /// Packets in each such buffer at the far end of a link.
     pub(super) fn depth_at(&self, far: NodeId, channel: Channel) -> u16 {
         let depth = if far == HOST { self.host_depth } else { self.node_depth };
-        Self { depth, ..*self }.depth_of(channel)
+        let far = Self { depth, ..*self };
+        match channel {
+            Channel::Reply if self.is_at(Site::Host) => far.entry_depth(),
+            _ => far.depth_of(channel),
+        }
+    }
+
+    /// The buffers of a port for a lane of this channel, or of the node itself, behind the last: how many packets, and of how much payload \[bytes\].
+    #[cfg_attr(not(feature = "bundles"), inline(never))]
+    pub(super) fn buffers(&self, port: usize, channel: Channel) -> (u16, u16) {
+        let payload = self.payload_of(channel);
+        let is_reply = channel == Channel::Reply;
+        if port >= usize::from(self.ports) {
+            let is_short = is_reply && self.is_at(Site::Host);
+            return (self.own, if is_short { self.host_payload() } else { payload });
+        }
+        if is_reply && port == self.plain_ports() {
+            return (self.entry_depth(), self.host_payload());
+        }
+        (self.depth_of(channel), payload)
+    }
+
+    /// Packets of replies in the buffers by which the host's come in.
+    fn entry_depth(&self) -> u16 {
+        let short = self.depth.saturating_mul(self.payload / HOST_PAYLOAD);
+        short.min(ENTRY_DEPTH).max(self.depth)
+    }
+
+    /// Greatest payload of the host's replies.
+    fn host_payload(&self) -> u16 {
+        self.payload.min(HOST_PAYLOAD)
+    }
+
+    /// Where there are no bundles there is none but small hosts.
+    fn is_at(&self, site: Site) -> bool {
+        cfg!(feature = "bundles") && self.site == site
+    }
+
+    /// Ports that are alike: all but one by which the host's packets come in, the last.
+    fn plain_ports(&self) -> usize {
+        usize::from(self.ports).saturating_sub(usize::from(self.is_at(Site::Entry)))
     }
 
     /// Packets in all queues.
     #[must_use]
     pub fn slots(&self) -> usize {
-        self.slots_before(usize::from(self.ports) * LANES) + self.own_slots()
+        self.all(2, packets)
     }
 
     /// Packets that it can hold: those of lanes that the topology has.
     #[must_use]
     pub fn packets(&self) -> usize {
-        let depths = Channel::ALL.map(|channel| usize::from(self.depth_of(channel)));
-        let lanes = usize::from(self.ports) * usize::from(self.classes.clamp(1, 2));
-        lanes * depths.iter().sum::<usize>() + self.own_slots()
+        self.all(self.classes.clamp(1, 2).into(), packets)
     }
 
     /// What a router takes of an arena \[bytes\].
@@ -114,50 +180,63 @@ impl RouterSize {
     /// Bytes of payloads. Lanes of a class that the topology does not have take none.
     #[must_use]
     pub fn bytes(&self) -> usize {
-        let own = Channel::ALL.map(|channel| usize::from(self.payload_of(channel)));
-        self.bytes_before(usize::from(self.ports) * LANES)
-            + own.iter().sum::<usize>() * usize::from(self.own)
+        self.all(self.classes.clamp(1, 2).into(), bytes)
     }
 
     /// Packets of the queues before this one.
     pub(super) fn slots_before(&self, queue: usize) -> usize {
-        let [requests, replies] = Channel::ALL.map(|channel| usize::from(self.depth_of(channel)));
-        let (port, lane) = (queue / LANES, Lane::of_queue(queue));
-        let class = usize::from(lane.class());
-        if port >= usize::from(self.ports) {
-            let own = lane.channel() as usize * usize::from(self.own);
-            return usize::from(self.ports) * 2 * (requests + replies) + own;
-        }
-        let before = match lane.channel() {
-            Channel::Request => class * requests,
-            Channel::Reply => 2 * requests + class * replies,
-        };
-        port * 2 * (requests + replies) + before
+        self.before(queue, 2, packets)
     }
 
     /// Bytes of the payloads of the queues before this one.
     pub(super) fn bytes_before(&self, queue: usize) -> usize {
-        let of =
-            |channel| usize::from(self.depth_of(channel)) * usize::from(self.payload_of(channel));
-        let [requests, replies] = Channel::ALL.map(of);
-        let classes = usize::from(self.classes.clamp(1, 2));
+        self.before(queue, self.classes.clamp(1, 2).into(), bytes)
+    }
+
+    /// What the queues before this one take where each port has queues of so many classes.
+    fn before(&self, queue: usize, classes: usize, of: fn((u16, u16)) -> usize) -> usize {
         let (port, lane) = (queue / LANES, Lane::of_queue(queue));
         let class = usize::from(lane.class()).min(classes - 1);
+        let [requests, replies] = Channel::ALL.map(|channel| of(self.buffers(port, channel)));
         if port >= usize::from(self.ports) {
-            let first = usize::from(self.payload_of(Channel::Request)) * usize::from(self.own);
-            let own = lane.channel() as usize * first;
-            return usize::from(self.ports) * classes * (requests + replies) + own;
+            let before = match lane.channel() {
+                Channel::Request => 0,
+                Channel::Reply => requests,
+            };
+            return self.of_ports(classes, of) + before;
         }
         let before = match lane.channel() {
             Channel::Request => class * requests,
             Channel::Reply => classes * requests + class * replies,
         };
-        port * classes * (requests + replies) + before
+        port * self.of_port(0, classes, of) + before
     }
 
-    fn own_slots(&self) -> usize {
-        Channel::ALL.len() * usize::from(self.own)
+    /// What all queues take.
+    fn all(&self, classes: usize, of: fn((u16, u16)) -> usize) -> usize {
+        self.of_ports(classes, of) + self.of_port(self.ports.into(), 1, of)
     }
+
+    /// What the queues of all ports take.
+    fn of_ports(&self, classes: usize, of: fn((u16, u16)) -> usize) -> usize {
+        let plain = self.plain_ports();
+        let entry = if self.is_at(Site::Entry) { self.of_port(plain, classes, of) } else { 0 };
+        plain * self.of_port(0, classes, of) + entry
+    }
+
+    /// What the queues of a port take, or those of the node itself, behind the last.
+    fn of_port(&self, port: usize, classes: usize, of: fn((u16, u16)) -> usize) -> usize {
+        let [requests, replies] = Channel::ALL.map(|channel| of(self.buffers(port, channel)));
+        classes * (requests + replies)
+    }
+}
+
+fn packets((depth, _): (u16, u16)) -> usize {
+    depth.into()
+}
+
+fn bytes((depth, payload): (u16, u16)) -> usize {
+    usize::from(depth) * usize::from(payload)
 }
 
 /// A packet in a buffer; its payload lies apart.

@@ -1,7 +1,7 @@
 use bytemuck::{Pod, Zeroable};
 
 use super::packet::{LANES, Lane, PacketHeader};
-use super::{CreditReceiver, CreditSender, NodeId, RouterSize, Sequence};
+use super::{CreditReceiver, CreditSender, NodeId, Port, RouterSize, Sequence};
 
 /// The two directions of a link, by lane.
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
@@ -28,8 +28,9 @@ pub(super) const ASK: u8 = 2;
 
 impl PortState {
     /// A port with a link to another place, or without one.
-    pub(super) fn new(size: &RouterSize, far: Option<NodeId>) -> Self {
-        let receivers = Lane::ALL.map(|lane| CreditReceiver::new(size.depth_of(lane.channel())));
+    pub(super) fn new(size: &RouterSize, port: Port, far: Option<NodeId>) -> Self {
+        let depth = |lane: Lane| size.buffers(port.0.into(), lane.channel()).0;
+        let receivers = Lane::ALL.map(|lane| CreditReceiver::new(depth(lane)));
         let far_depth = |lane: Lane| far.map_or(0, |far| size.depth_at(far, lane.channel()));
         Self {
             senders: Lane::ALL.map(|lane| CreditSender::new(far_depth(lane))),

@@ -66,8 +66,8 @@ impl<'a> Router<'a> {
         size: RouterSize,
     ) -> Result<Self, ArenaFull> {
         let memory = RouterMemory::carve(arena, &size)?;
-        for (state, port) in memory.ports.iter_mut().zip(0..) {
-            *state = PortState::new(&size, mesh.neighbour(here, Port(port)));
+        for (state, port) in memory.ports.iter_mut().zip((0..).map(Port)) {
+            *state = PortState::new(&size, port, mesh.neighbour(here, port));
         }
         Ok(Self {
             mesh,
@@ -192,10 +192,10 @@ impl<'a> Router<'a> {
         state.is_some_and(|state| self.next_for(port).is_some() || state.owes_credit())
     }
 
-    /// Greatest payload of a packet of a channel \[bytes\].
+    /// Greatest payload of a packet of the node's own of a channel \[bytes\].
     #[must_use]
     pub fn payload_of(&self, channel: Channel) -> usize {
-        usize::from(self.size.payload_of(channel))
+        self.payload(self.own_queue(channel))
     }
 
     /// Packets that [`inject`](Self::inject) takes now.
@@ -215,13 +215,13 @@ impl<'a> Router<'a> {
         let Some((header, payload)) = PacketHeader::split(packet) else { return Received::Bad };
         let Some(lane) = Lane::from_u8(header.lane) else { return Received::Bad };
         let exists = self.mesh.contains(header.to());
-        if payload.len() > usize::from(self.size.payload_of(lane.channel()))
+        let queue = self.queue(usize::from(port.0), lane);
+        if payload.len() > self.payload(queue)
             || lane.class() >= self.size.classes
             || header.kind == PacketHeader::DATA && !exists
         {
             return Received::Bad;
         }
-        let queue = self.queue(usize::from(port.0), lane);
         let Some(state) = self.memory.ports.get_mut(usize::from(port.0)) else {
             return Received::Bad;
         };
@@ -316,8 +316,9 @@ impl<'a> Router<'a> {
 
     /// Packets that the buffers of a port can hold.
     #[must_use]
-    pub fn buffers(&self) -> u32 {
-        let depths = Channel::ALL.map(|channel| u32::from(self.size.depth_of(channel)));
+    pub fn buffers(&self, port: Port) -> u32 {
+        let depth = |channel| u32::from(self.size.buffers(port.0.into(), channel).0);
+        let depths = Channel::ALL.map(depth);
         depths.iter().sum::<u32>().saturating_mul(u32::from(self.size.classes.clamp(1, 2)))
     }
 
@@ -516,14 +517,12 @@ impl<'a> Router<'a> {
 
     /// Packets that a queue can hold.
     fn depth(&self, queue: usize) -> usize {
-        let own = queue / LANES >= usize::from(self.size.ports);
-        let channel = queue_lane(queue).channel();
-        usize::from(if own { self.size.own } else { self.size.depth_of(channel) })
+        self.size.buffers(queue / LANES, queue_lane(queue).channel()).0.into()
     }
 
     /// Greatest payload of the packets of a queue.
     fn payload(&self, queue: usize) -> usize {
-        usize::from(self.size.payload_of(queue_lane(queue).channel()))
+        self.size.buffers(queue / LANES, queue_lane(queue).channel()).1.into()
     }
 
     fn slot(&self, queue: usize, place: usize) -> usize {

@@ -204,7 +204,11 @@ impl NodePlan {
         let router = |here, depth| {
             let size = RouterSize::new(&needs.mesh, here, depth, payload as u16);
             // Boards' hosts are as deep as they are: it would take flash.
-            if cfg!(feature = "bundles") { size.with_host(here, needs.host_depth) } else { size }
+            if cfg!(feature = "bundles") {
+                size.with_host(&needs.mesh, here, needs.host_depth)
+            } else {
+                size
+            }
         };
         // Two packets keep a link busy; four are of use where they cost little. Both ends of a link must agree: the node that the host
         // is joined to has the most ports.

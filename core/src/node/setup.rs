@@ -88,7 +88,7 @@ impl Setup {
     /// pixels among their samples; 4 did not say how many lights a point asks; 5 did not number requests; 6 made other shadow rays, 7 had other
     /// units of very bright and very dim scenes, 9 other light behind balls of glass and on polished surfaces, 10 other
     /// ways to the host.)
-    pub const VERSION: u32 = 11;
+    pub const VERSION: u32 = 12;
     /// Its length.
     pub const BYTES: usize = size_of::<Self>();
 

@@ -137,7 +137,7 @@ impl<'m, A: Actor<'m>> Place<'m, A> {
     /// What the buffers of a port held at most, and what they can hold.
     pub(crate) fn buffers(&mut self, port: Port) -> (u32, u32) {
         let router = self.actor.router();
-        (router.peak(port), router.buffers())
+        (router.peak(port), router.buffers(port))
     }
 
     const fn is_host(&self) -> bool {

@@ -221,7 +221,7 @@ impl MeshLayout {
     pub fn host_router(&self, mesh: &Mesh) -> RouterSize {
         let (depth, payload) =
             self.plans.first().map_or((1, 1), |plan| (plan.router.depth, plan.router.payload));
-        RouterSize::new(mesh, HOST, depth, payload).with_host(HOST, HOST_DEPTH)
+        RouterSize::new(mesh, HOST, depth, payload).with_host(mesh, HOST, HOST_DEPTH)
     }
 
     /// The ledger of a picture of these options that nobody has begun.

@@ -144,22 +144,26 @@ impl Ledger {
         self.counts.messages += 1;
     }
 
-    /// Takes the packets that have arrived at the host's router, and sends replies as far as there is room: a packet is not
-    /// taken before all replies to the one before it have left.
+    /// Takes the packets that have arrived at the host's router, and sends replies as far as there is room. Those that wait for it share
+    /// packets with others to the same node; when very many do, no more packets are taken.
     pub fn poll(&mut self, now: Time, router: &mut Router<'_>) -> Next {
         let wait = |lack| Next::Wait { until: Time::NEVER, lack };
         loop {
-            if !self.outbox.send(router) {
+            let is_sent = self.outbox.send(router);
+            if !is_sent && self.outbox.is_full() {
                 return wait(Lack::Credit);
             }
             let arrived = Channel::ALL.into_iter().find(|&c| router.arrived(c).is_some());
-            let Some(channel) = arrived else { return wait(Lack::Tiles) };
+            let Some(channel) = arrived else {
+                return wait(if is_sent { Lack::Tiles } else { Lack::Credit });
+            };
             let Some((from, payload)) = router.arrived(channel) else { continue };
+            let room = router.payload_of(Channel::Reply);
             let mut outbox = std::mem::take(&mut self.outbox);
             let mut items = Items::new(payload);
             for message in &mut items {
                 self.on_message(now, from, &message, &mut |to, reply| {
-                    outbox.push(to, reply, payload.len());
+                    outbox.push(to, reply, room);
                 });
             }
             self.counts.damaged += u64::from(items.is_damaged());

@@ -2,7 +2,7 @@ use kiloray_core::network::{Channel, NodeId, Router};
 use kiloray_core::protocol::{Message, write};
 use std::collections::VecDeque;
 
-/// Replies to one packet that have not left yet.
+/// Replies that have not left yet.
 #[derive(Debug, Default)]
 pub(super) struct Outbox {
     packets: VecDeque<Packet>,
@@ -17,24 +17,29 @@ struct Packet {
 
 /// Room for any reply of the host.
 const REPLY_MAX: usize = 32;
+/// So many packets that wait are enough.
+const PACKETS_MAX: usize = 256;
 
 impl Outbox {
-    /// Adds a reply behind the others, in packets of at most `room` bytes where more than one is in a packet.
+    /// Adds a reply behind the others to this node, in packets of at most `room` bytes where more than one is in a packet.
     pub(super) fn push(&mut self, to: NodeId, message: &Message<'_>, room: usize) {
         let mut bytes = [0; REPLY_MAX];
         let Some(reply) = write(&mut bytes, 0, message).and_then(|len| bytes.get(..len)) else {
             return;
         };
         let priority = message.priority();
-        match self.packets.back_mut() {
-            Some(last)
-                if (last.to, last.priority) == (to, priority)
-                    && last.payload.len() + reply.len() <= room =>
-            {
+        let is_like = |packet: &&mut Packet| (packet.to, packet.priority) == (to, priority);
+        match self.packets.iter_mut().rev().find(is_like) {
+            Some(last) if last.payload.len() + reply.len() <= room => {
                 last.payload.extend_from_slice(reply);
             }
             _ => self.packets.push_back(Packet { to, priority, payload: reply.to_vec() }),
         }
+    }
+
+    /// Whether so many wait that no more should be added.
+    pub(super) fn is_full(&self) -> bool {
+        self.packets.len() >= PACKETS_MAX
     }
 
     /// Sends what the router takes: whether that is all.

@@ -11,7 +11,7 @@
 
 use core::hint::black_box;
 use core::panic::PanicInfo;
-use kiloray_core::network::RouterSize;
+use kiloray_core::network::{RouterSize, Site};
 use kiloray_core::shade::Settings;
 
 #[cfg(not(feature = "name-panics"))]
@@ -60,7 +60,9 @@ pub fn any_shading() -> Settings {
 
 /// Any size of a router, also one that nobody has made.
 pub fn any_router_size() -> RouterSize {
+    let sites = [Site::Inside, Site::Entry, Site::Host];
     RouterSize {
+        site: sites[any::<usize>() % 3],
         ports: any(),
         classes: any(),
         depth: any(),

@@ -35,7 +35,7 @@ impl Memory {
     fn new(mesh: &Mesh, depth: u16) -> Self {
         let lent = |here| {
             // Of the host as in a run: deeper than of nodes.
-            let size = RouterSize::new(mesh, here, depth, PAYLOAD).with_host(here, depth + 2);
+            let size = RouterSize::new(mesh, here, depth, PAYLOAD).with_host(mesh, here, depth + 2);
             Lent { size, chunks: vec![Chunk::ZERO; size.arena_bytes() / CHUNK_BYTES] }
         };
         Self(places(mesh).map(lent).collect())

@@ -25,7 +25,7 @@ impl Router<'_> {
         let far = self.mesh.neighbour(self.here, port);
         let Some(state) = self.memory.ports.get_mut(usize::from(port.0)) else { return };
         let waiting = state.waiting;
-        *state = PortState::new(&self.size, far);
+        *state = PortState::new(&self.size, port, far);
         state.waiting = waiting;
         for lane in Lane::ALL {
             let queue = self.queue(usize::from(port.0), lane);

@@ -20,8 +20,10 @@ struct Memory {
 }
 
 impl Memory {
+    /// The host has room for one packet more.
     fn new(here: NodeId, depth: u16) -> Self {
         let size = RouterSize::new(&mesh(), here, depth, PAYLOAD);
+        let size = size.with_host(&mesh(), here, depth + 1);
         Self { size, chunks: vec![Chunk::ZERO; size.arena_bytes() / CHUNK_BYTES] }
     }
 
@@ -58,42 +60,93 @@ fn payload(messages: &[Message<'_>]) -> Vec<u8> {
     bytes
 }
 
+/// What is not to be waited for: requests, and room.
+fn waits() -> (Next, Next) {
+    [Lack::Tiles, Lack::Credit].map(|lack| Next::Wait { until: Time::NEVER, lack }).into()
+}
+
+/// A packet of eight requests for a tile.
+fn asks(first: u32) -> Vec<u8> {
+    let asks = (first..first + 8).map(|number| Message::Ask { number, count: 1 });
+    payload(&asks.collect::<Vec<_>>())
+}
+
+/// Takes what has come to a node: number and place of grants, packet by packet.
+fn take_grants(node: &mut Router<'_>) -> Vec<Vec<(u32, u32)>> {
+    let mut packets = Vec::new();
+    while let Some((from, payload)) = node.arrived(Channel::Reply) {
+        assert_eq!(from, HOST);
+        let grants = Items::new(payload).map(|message| match message {
+            Message::Grant { number, first, count: 1, .. } => (number, first),
+            other => panic!("{other:?}"),
+        });
+        packets.push(grants.collect());
+        node.consume(Channel::Reply);
+    }
+    packets
+}
+
 #[test]
-fn packets_are_answered_one_by_one_as_there_is_room() {
+fn packets_are_answered_as_there_is_room() {
     let (mut here, mut there) = (Memory::new(HOST, 1), Memory::new(NODE, 1));
     let (mut host, mut node) = (here.router(HOST), there.router(NODE));
     let mut ledger = Ledger::new(64, 64, 8, 0, Unit::new(1.0), 1).unwrap().with_askers(64);
-    let (idle, full) =
-        [Lack::Tiles, Lack::Credit].map(|lack| Next::Wait { until: Time::NEVER, lack }).into();
+    let (idle, full) = waits();
     assert_eq!(ledger.poll(Time(0), &mut host), idle);
 
-    // Eight asks in a packet: their grants need two packets of that size, and the router has one buffer.
-    let asks: Vec<_> = (0..8).map(|number| Message::Ask { number, count: 1 }).collect();
-    assert!(node.inject(HOST, Channel::Request, 3, &payload(&asks)).is_ok());
-    carry(&mut node, &mut host);
-    assert_eq!(ledger.poll(Time(0), &mut host), full);
-    // The next packet waits.
+    // Sixteen grants need six short packets, and the router has two buffers.
+    for first in [0, 8] {
+        assert!(node.inject(HOST, Channel::Request, 3, &asks(first)).is_ok());
+        carry(&mut node, &mut host);
+        assert_eq!(ledger.poll(Time(0), &mut host), full);
+    }
+    // The next packet does not wait for them.
     let lost = payload(&[Message::Lost { block: 4 }]);
     assert!(node.inject(HOST, Channel::Request, 1, &lost).is_ok());
     carry(&mut host, &mut node);
     carry(&mut node, &mut host);
-    let mut grants = Vec::new();
-    for _ in 0..6 {
-        assert!(ledger.poll(Time(0), &mut host) != Next::Now);
-        while let Some((from, payload)) = node.arrived(Channel::Reply) {
-            assert_eq!(from, HOST);
-            grants.extend(Items::new(payload).map(|message| match message {
-                Message::Grant { number, first, count: 1, .. } => (number, first),
-                other => panic!("{other:?}"),
-            }));
-            node.consume(Channel::Reply);
-        }
-        carry(&mut host, &mut node);
-        carry(&mut node, &mut host);
-    }
-    assert_eq!(grants, (0..8).map(|n| (n, n)).collect::<Vec<_>>());
+    assert_eq!(ledger.poll(Time(0), &mut host), full);
     assert_eq!(ledger.lost(), Some(4));
+    let mut grants = Vec::new();
+    for _ in 0..9 {
+        grants.extend(take_grants(&mut node).concat());
+        carry(&mut node, &mut host);
+        let _ = ledger.poll(Time(0), &mut host);
+        carry(&mut host, &mut node);
+    }
+    assert_eq!(grants, (0..16).map(|n| (n, n)).collect::<Vec<_>>());
     assert_eq!(ledger.poll(Time(0), &mut host), idle);
+}
+
+#[test]
+fn answers_that_wait_share_packets_and_are_not_without_end() {
+    let (mut here, mut there) = (Memory::new(HOST, 1), Memory::new(NODE, 1));
+    let (mut host, mut node) = (here.router(HOST), there.router(NODE));
+    let mut ledger = Ledger::new(1024, 1024, 8, 0, Unit::new(1.0), 1).unwrap().with_askers(64);
+    let (idle, full) = waits();
+    // Nobody takes the answers.
+    let mut asked = 0;
+    while node.inject(HOST, Channel::Request, 3, &asks(8 * asked)).is_ok() {
+        asked += 1;
+        carry(&mut node, &mut host);
+        let _ = ledger.poll(Time(0), &mut host);
+        carry(&mut host, &mut node);
+        assert!(asked < 10_000);
+    }
+    assert_eq!(ledger.poll(Time(0), &mut host), full);
+    assert!(host.arrived(Channel::Request).is_some());
+    // Now it does: all come, in their order, as many in a packet as there is room for.
+    let mut packets = Vec::new();
+    while ledger.poll(Time(0), &mut host) != idle || node.arrived(Channel::Reply).is_some() {
+        packets.extend(take_grants(&mut node));
+        carry(&mut node, &mut host);
+        carry(&mut host, &mut node);
+    }
+    packets.extend(take_grants(&mut node));
+    let numbers: Vec<_> = packets.concat().into_iter().map(|(number, _)| number).collect();
+    assert_eq!(numbers, (0..8 * asked).collect::<Vec<_>>());
+    let most = packets.iter().map(Vec::len).max().unwrap();
+    assert!(most > 1 && packets.len() < numbers.len().div_ceil(most) + 8, "{most}");
 }
 
 #[test]

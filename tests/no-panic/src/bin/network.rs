@@ -49,7 +49,7 @@ fn credits() {
 
 #[inline(never)]
 fn router(mesh: Mesh, memory: &mut [Chunk]) {
-    let size = any_router_size().with_host(NodeId(any()), any());
+    let size = any_router_size().with_host(&mesh, NodeId(any()), any());
     let router = Router::new(&mut Arena::new(memory), mesh, NodeId(any()), size);
     let Ok(mut router) = router else { return };
     for _ in 0..any::<u32>() {
@@ -63,7 +63,7 @@ fn router(mesh: Mesh, memory: &mut [Chunk]) {
         black_box((router.forget(NodeId(any())), router.buffered()));
         black_box(router.cut(Port(any())));
         router.renew(Port(any()));
-        black_box((router.remind(), router.peak(Port(any())), router.buffers()));
+        black_box((router.remind(), router.peak(Port(any())), router.buffers(Port(any()))));
         black_box((router.take_changed(), router.take_news(), router.is_ready(Port(any()))));
         router.discard();
         router.hold();
