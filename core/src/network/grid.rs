@@ -66,10 +66,12 @@ impl Grid {
     /// Class 0 is for packets that still have to cross the seam between the ends of the dimension, class 1
     /// for those that do not: the channels of a class are then used in one direction only, and no cycle closes.
     pub(super) fn route(&self, here: NodeId, to: NodeId) -> Option<Hop> {
-        for dimension in 0..u16::from(self.dimensions) {
-            let (a, size, _) = self.place(here, dimension)?;
-            let (b, ..) = self.place(to, dimension)?;
+        let (mut here, mut to) = (u32::from(here.0), u32::from(to.0));
+        let sizes = self.size.iter().take(self.dimensions.into());
+        for (size, dimension) in sizes.map(|&size| u32::from(size)).zip(0..) {
+            let (a, b) = (here.checked_rem(size)?, to.checked_rem(size)?);
             if a == b {
+                (here, to) = (here.checked_div(size)?, to.checked_div(size)?);
                 continue;
             }
             let ring = self.wrap && size > 2;

@@ -185,6 +185,14 @@ impl<'a> Router<'a> {
         core::mem::take(&mut self.news)
     }
 
+    /// Whether there is something to send by a port, with credit or without: a look at what most calls to [`transmit`](Self::transmit) end with.
+    #[inline]
+    #[must_use]
+    pub fn may_send(&self, port: Port) -> bool {
+        let state = self.memory.ports.get(usize::from(port.0));
+        state.is_some_and(|state| state.waiting > 0 || state.owes_credit())
+    }
+
     /// Whether [`transmit`](Self::transmit) has something to send by a port now.
     #[must_use]
     pub fn is_ready(&self, port: Port) -> bool {

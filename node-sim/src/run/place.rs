@@ -229,6 +229,9 @@ impl<'m, A: Actor<'m>> Place<'m, A> {
         if link.awaited || link.to.is_none() {
             return;
         }
+        if !actor.router().may_send(port) {
+            return;
+        }
         if link.busy_until <= *now {
             let is_maker = |header: &PacketHeader| header.from() == *here;
             let packet = packets
