@@ -37,7 +37,7 @@ pub(crate) fn packets() -> Vec<Vec<u8>> {
         Message::Part { block: 1, offset: 64, request: 0, bytes: &bytes },
         Message::Grant { number: 0, first: 0, count: 2, wait: 0 },
         Message::Accepted { tile: 0 },
-        Message::Ray(RayMessage::zeroed()),
+        Message::Ray(&[0; RayMessage::BYTES]),
         Message::Answer { to, sum: Sum([1, 2, 3]) },
         Message::Refusal { to },
         Message::AtWork { to },

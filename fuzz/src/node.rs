@@ -222,7 +222,7 @@ pub(crate) fn streams() -> Vec<Vec<u8>> {
                 (OTHER, channel, room[..len].to_vec())
             };
             let mut told = vec![
-                tell(Channel::Request, &Message::Ray(visitor)),
+                tell(Channel::Request, &Message::Ray(visitor.bytes())),
                 tell(Channel::Reply, &Message::Refusal { to: visitor.reply }),
             ];
             for _ in 0..200 {
@@ -274,7 +274,9 @@ fn answers(message: &Message<'_>, payload: usize) -> Vec<Vec<u8>> {
             }
         }
         Message::Pixels { tile, .. } => reply(&Message::Accepted { tile }),
-        Message::Ray(ray) => reply(&Message::Refusal { to: ray.reply }),
+        Message::Ray(ray) => {
+            reply(&Message::Refusal { to: RayMessage::read(ray).reply });
+        }
         _ => {}
     }
     replies

@@ -3,7 +3,7 @@ use super::slots::Serve;
 use super::work::LIMIT_MAX;
 use super::{Node, Time, World};
 use crate::network::{Channel, HOST, NodeId};
-use crate::protocol::{Items, Message};
+use crate::protocol::{Items, Message, RayMessage};
 use crate::store::Claim;
 
 /// Packets of replies handled in a step.
@@ -168,7 +168,7 @@ impl<W: World> Node<'_, W> {
                     self.note_unasked();
                 }
             }
-            Message::Ray(ray) => self.on_ray(&ray, now),
+            Message::Ray(ray) => self.on_ray(&RayMessage::read(ray), now),
             Message::Ask { number, .. } => self.on_ask(from, number, now),
             Message::Idle => self.on_idle(from),
             Message::Tell if from == HOST => self.tell(now),

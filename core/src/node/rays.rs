@@ -300,7 +300,7 @@ impl<W: World> Node<'_, W> {
             best: slot.best,
             trail,
         };
-        if !self.push(to, &Message::Ray(message), now) {
+        if !self.push(to, &Message::Ray(message.bytes()), now) {
             return false;
         }
         if slot.tries == 0 && !slot.ray.task().knows_hit() {

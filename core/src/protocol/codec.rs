@@ -17,7 +17,7 @@ impl Item {
     /// Its length.
     pub const BYTES: usize = size_of::<Self>();
     /// What a [`Message::Ray`] takes of a packet.
-    pub const RAY_BYTES: usize = Self::BYTES + size_of::<RayMessage>();
+    pub const RAY_BYTES: usize = Self::BYTES + RayMessage::BYTES;
     /// What a [`Message::Part`] takes beside its bytes, and a [`Message::Pixels`] beside its sums.
     pub const PART_BYTES: usize = Self::BYTES + 8;
 }
@@ -62,7 +62,7 @@ pub fn write(out: &mut [u8], len: usize, message: &Message<'_>) -> Option<usize>
         }
         Message::Accepted { tile } => (ACCEPTED, words_of(&mut words, &[*tile]), &[]),
         Message::Lost { block } => (LOST, words_of(&mut words, &[*block]), &[]),
-        Message::Ray(ray) => (RAY, bytes_of(ray), &[]),
+        Message::Ray(ray) => (RAY, &ray[..], &[]),
         Message::Answer { to, sum } => {
             return put(out, len, (ANSWER, 0), bytes_of(to), bytes_of(&split(*sum)));
         }
@@ -175,7 +175,7 @@ fn read<'a>(rest: &mut &'a [u8]) -> Option<Message<'a>> {
         PIXELS => Message::Pixels { tile: word(body)?, first: word(body)?, sums: all(body) },
         ACCEPTED => Message::Accepted { tile: word(body)? },
         LOST => Message::Lost { block: word(body)? },
-        RAY => Message::Ray(take(body)?),
+        RAY => Message::Ray(all(body).try_into().ok()?),
         ANSWER => Message::Answer { to: take::<ReturnAddress>(body)?, sum: join(take(body)?) },
         REFUSAL => Message::Refusal { to: take(body)? },
         AT_WORK => Message::AtWork { to: take(body)? },

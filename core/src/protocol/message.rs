@@ -58,8 +58,25 @@ pub struct RayMessage {
     pub trail: Trail,
 }
 
+impl RayMessage {
+    /// Its length.
+    pub const BYTES: usize = size_of::<Self>();
+
+    /// A ray as it lies in a packet.
+    #[must_use]
+    pub fn read(bytes: &[u8; Self::BYTES]) -> Self {
+        bytemuck::cast(*bytes)
+    }
+
+    /// As it is to lie in a packet.
+    #[must_use]
+    pub fn bytes(&self) -> &[u8; Self::BYTES] {
+        bytemuck::cast_ref(self)
+    }
+}
+
 /// A message.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Message<'a> {
     /// Asks an owner for a block.
     Fetch {
@@ -121,8 +138,8 @@ pub enum Message<'a> {
         /// The block.
         block: u32,
     },
-    /// A ray.
-    Ray(RayMessage),
+    /// A ray, as [`RayMessage::bytes`] gives it: it is far longer than all else, which would be moved as slowly as a ray.
+    Ray(&'a [u8; RayMessage::BYTES]),
     /// What a ray and all that followed from it brought.
     Answer {
         /// Who waits.

@@ -6,7 +6,7 @@ use std::collections::HashMap;
 
 use kiloray_core::network::{HOST, NodeId};
 use kiloray_core::path::PathKey;
-use kiloray_core::protocol::{Items, Message, ReturnAddress};
+use kiloray_core::protocol::{Items, Message, RayMessage, ReturnAddress};
 
 use histogram::Recorder;
 pub use histogram::{Histogram, HistogramBucket, Latencies};
@@ -135,9 +135,10 @@ impl Sight {
                 Some(Seen::Asks { asker: from.0, block, owner: to.0, step })
             }
             Message::Part { block, .. } => Some(Seen::Serves { asker, block, owner, step }),
-            Message::Ray(ray) if ray.reply.node() == from => {
-                let (slot, key) = slot(&ray.reply);
-                Some(Seen::RayLeaves { slot, key })
+            Message::Ray(ray) => {
+                let RayMessage { reply, .. } = RayMessage::read(ray);
+                let (slot, key) = slot(&reply);
+                (reply.node() == from).then_some(Seen::RayLeaves { slot, key })
             }
             Message::Grant { first, count, .. } if from == HOST => {
                 Some(Seen::Grant { first, count })

@@ -23,7 +23,7 @@ fn message() -> Message<'static> {
         4 => Message::Pixels { tile: any(), first: any(), sums: any_bytes() },
         5 => Message::Accepted { tile: any() },
         6 => Message::Lost { block: any() },
-        7 => Message::Ray(any::<RayMessage>()),
+        7 => Message::Ray(any_bytes().first_chunk().unwrap_or(&[0; RayMessage::BYTES])),
         8 => Message::Answer { to, sum: any() },
         9 => Message::Refusal { to },
         _ => Message::AtWork { to },
@@ -44,6 +44,7 @@ entry!({
         let mut items = Items::new(payload);
         for message in items.by_ref() {
             if let Message::Ray(ray) = message {
+                let ray = RayMessage::read(ray);
                 black_box((ray.reply.key(), ray.ray.path(), ray.best.get(), ray.trail.block()));
             }
             black_box(message);
