@@ -32,6 +32,8 @@ pub struct Node<'a, W> {
     pub(super) free_len: usize,
     /// Paths begun here; wraps.
     pub(super) begun: u32,
+    /// Ray slots that wait for a block.
+    pub(super) blocked: u16,
     /// Ray slots that can go on.
     pub(super) ready: Queue<'a, u16>,
     /// Shadow rays to be traced at the front, those that wait for a block at the end.
@@ -143,6 +145,7 @@ impl<'a, W: World> Node<'a, W> {
             free_len: free.len(),
             free,
             begun: 0,
+            blocked: 0,
             ready: Queue::new(arena.carve(plan.rays)?),
             shadows: arena.carve(plan.shadows)?,
             fresh: 0,

@@ -48,6 +48,8 @@ impl<W: World> Node<'_, W> {
             bag(self.slots_in(can_go_on)),
             "slots that can go on are queued once"
         );
+        let blocked = self.slots_in(|stage| stage == Stage::Blocked).count();
+        debug_assert_eq!(blocked, usize::from(self.blocked), "slots that wait are counted");
     }
 
     /// Rays that may split `k` times or more leave `k` slots free (rule 7).

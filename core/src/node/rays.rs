@@ -156,6 +156,7 @@ impl<W: World> Node<'_, W> {
                 slot.set_stage(if goes { Stage::Send } else { Stage::Blocked });
                 self.put(number, *slot);
                 if !goes {
+                    self.blocked = self.blocked.saturating_add(1);
                     self.want(block, now);
                 } else if !self.send(number, *slot, now) {
                     self.enqueue(number);
@@ -468,10 +469,16 @@ impl<W: World> Node<'_, W> {
 
     /// Lets all go on that wait for this block.
     pub(super) fn wake(&mut self, block: u32) {
+        let mut others = self.blocked;
         for number in 0..self.rays.len() {
-            let Some(slot) = self.rays.get_mut(number) else { break };
-            if slot.stage() == Stage::Blocked && slot.trail().block() == block {
+            let Some(slot) = self.rays.get_mut(number).filter(|_| others > 0) else { break };
+            if slot.stage() != Stage::Blocked {
+                continue;
+            }
+            others = others.saturating_sub(1);
+            if slot.trail().block() == block {
                 slot.set_stage(Stage::Trace);
+                self.blocked = self.blocked.saturating_sub(1);
                 self.enqueue(number as u16);
             }
         }
@@ -506,7 +513,8 @@ impl<W: World> Node<'_, W> {
         }
         self.starved = false;
         let mut woken = false;
-        for number in 0..self.rays.len() {
+        let slots = if self.blocked > 0 { self.rays.len() } else { 0 };
+        for number in 0..slots {
             let Some(slot) = self.rays.get(number) else { break };
             if slot.stage() == Stage::Blocked {
                 let block = slot.trail().block();

@@ -65,6 +65,7 @@ impl<W: World> Node<'_, W> {
             s.pod(slot);
         }
         s.pod(&mut self.begun);
+        s.pod(&mut self.blocked);
         s.len(&mut self.free_len);
         s.all(&mut self.free[..self.free_len]);
         self.ready.snapshot(s);
