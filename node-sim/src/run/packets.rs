@@ -2,12 +2,16 @@ use kiloray_core::network::{PacketHeader, Port};
 
 /// A packet on a link, or in a router that it passes through.
 #[derive(Debug, Clone)]
-pub(crate) struct Packet(Vec<u8>);
+pub(crate) struct Packet {
+    /// What it lies in may be longer than it is.
+    room: Vec<u8>,
+    len: usize,
+}
 
 impl Packet {
     /// What the far router receives.
     pub(crate) fn bytes(&self) -> &[u8] {
-        &self.0
+        &self.room[..self.len]
     }
 }
 
@@ -29,35 +33,42 @@ struct Incoming {
     port: Port,
 }
 
-/// Where packets are written. What a large one lay in is used again: one thread would allocate what another frees.
+/// Where packets are written. What they lay in is used again: one thread would allocate what another frees.
 #[derive(Debug, Default)]
 pub(crate) struct Buffers {
+    /// As long as the greatest packet.
     scratch: Vec<u8>,
-    spare: Vec<Vec<u8>>,
+    /// Of small packets, and of large ones.
+    spare: [Vec<Vec<u8>>; 2],
 }
 
 /// Packets up to this size are copied out of the scratch \[bytes\]: most are far smaller than the greatest.
 const SMALL: usize = 512;
 
-/// Most of what large packets lay in that is kept for others.
-const SPARE: usize = 8;
+/// Most of what packets of a kind lay in that is kept for others.
+const SPARE: usize = 32;
 
 impl Buffers {
     /// What has been written to the scratch, so many bytes of it.
     fn take(&mut self, len: usize) -> Packet {
-        if len <= SMALL {
-            return Packet(self.scratch[..len].to_vec());
-        }
-        let spare = self.spare.pop().unwrap_or_default();
-        let mut packet = std::mem::replace(&mut self.scratch, spare);
-        packet.truncate(len);
-        Packet(packet)
+        let [small, large] = &mut self.spare;
+        let room = if len <= SMALL {
+            let mut room = small.pop().unwrap_or_default();
+            room.clear();
+            room.extend_from_slice(&self.scratch[..len]);
+            room
+        } else {
+            std::mem::replace(&mut self.scratch, large.pop().unwrap_or_default())
+        };
+        Packet { room, len }
     }
 
     /// Takes back what a packet lay in, if it lacks some: more come to some parts of the mesh than leave them.
     pub(crate) fn recycle(&mut self, packet: Packet) {
-        if packet.0.len() > SMALL && self.spare.len() < SPARE {
-            self.spare.push(packet.0);
+        let [small, large] = &mut self.spare;
+        let spare = if packet.len <= SMALL { small } else { large };
+        if spare.len() < SPARE {
+            spare.push(packet.room);
         }
     }
 }
@@ -91,7 +102,7 @@ impl Packets {
         }
         let ticket = payload.try_into().map(u32::from_le_bytes).expect("what passes is a ticket");
         let mut packet = self.take(ticket);
-        packet.0[..PacketHeader::BYTES].copy_from_slice(&bytes[..PacketHeader::BYTES]);
+        packet.room[..PacketHeader::BYTES].copy_from_slice(&bytes[..PacketHeader::BYTES]);
         Some(packet)
     }
 
