@@ -64,7 +64,10 @@ pub(crate) fn with_lanes(
     let world = |tables| {
         let shader = Shader::new(tables, options.mesh.settings).with_rows(&rows);
         let scratch = ThreadScratch { together: options.profile.together };
-        Picture::new(lanes, shader, camera, tiling, file.limits()).working_in(scratch)
+        let picture = Picture::new(lanes, shader, camera, tiling, file.limits());
+        // No link changes a byte: debug builds see that it is so.
+        let picture = if cfg!(debug_assertions) { picture } else { picture.with_checked_blocks() };
+        picture.working_in(scratch)
     };
 
     let size = layout.host_router(&mesh);
