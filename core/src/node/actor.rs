@@ -38,7 +38,11 @@ pub struct Node<'a, W> {
     pub(super) ready: Queue<'a, u16>,
     /// Shadow rays to be traced at the front, those that wait for a block at the end.
     pub(super) shadows: &'a mut [ShadowSlot],
+    /// The block that each of those at the end waits for.
+    pub(super) awaited: &'a mut [u32],
     pub(super) fresh: usize,
+    /// So many of them, the last, have been looked at with their bundle.
+    pub(super) looked_at: usize,
     pub(super) parked: usize,
     /// Shadow rays are traced until none is left to be: they are sorted.
     pub(super) draining: bool,
@@ -148,7 +152,9 @@ impl<'a, W: World> Node<'a, W> {
             blocked: 0,
             ready: Queue::new(arena.carve(plan.rays)?),
             shadows: arena.carve(plan.shadows)?,
+            awaited: arena.carve(plan.shadows)?,
             fresh: 0,
+            looked_at: 0,
             parked: 0,
             draining: false,
             turned: false,

@@ -6,6 +6,7 @@ use super::{Node, World};
 use crate::path::mix;
 use crate::shade::Task;
 use crate::store::Residency;
+use crate::trace::Trail;
 
 impl<W: World> Node<'_, W> {
     /// Looks at all of it.
@@ -76,7 +77,7 @@ impl<W: World> Node<'_, W> {
         let in_use = self.rays.iter().filter(|slot| slot.stage() != Stage::Free);
         let parked = self.shadows.iter().rev().take(self.parked);
         let shadows = self.shadows.iter().take(self.fresh).chain(parked);
-        let roots = in_use.map(|slot| slot.root).chain(shadows.map(|slot| slot.root));
+        let roots = in_use.map(|slot| slot.root).chain(shadows.map(|slot| slot.shadow.root));
         for (root, at) in self.roots.iter().zip(0..) {
             let waits = matches!(
                 root.state(),
@@ -100,6 +101,13 @@ impl<W: World> Node<'_, W> {
         debug_assert_eq!(visits, usize::from(self.visitors), "visits are counted");
         let room = self.shadows.len().checked_sub(self.parked);
         debug_assert!(room >= Some(self.fresh), "shadow rays have a place each");
+        debug_assert!(self.looked_at <= self.fresh, "those that have been looked at are there");
+        let mut begin = self.shadows.iter().take(self.fresh.saturating_sub(self.looked_at));
+        let all_begin = begin.all(|slot| slot.trail == Trail::START);
+        debug_assert!(all_begin, "shadow rays that go on stand behind those that begin");
+        let parked = self.shadows.iter().zip(&*self.awaited).rev().take(self.parked);
+        let mut differ = parked.filter(|(slot, block)| slot.trail.block() != **block);
+        debug_assert!(differ.next().is_none(), "the block that a shadow ray waits for is known");
     }
 
     /// A block that was asked for has its frame (rule 11), and one request.

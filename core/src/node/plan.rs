@@ -305,7 +305,8 @@ impl NodePlan {
             LineBudget::new(
                 Line::Bundles,
                 self.shadows,
-                Arena::bytes_of::<ShadowSlot>(self.shadows),
+                Arena::bytes_of::<ShadowSlot>(self.shadows)
+                    .saturating_add(Arena::bytes_of::<u32>(self.shadows)),
             ),
             LineBudget::new(Line::Messages, packets, messages),
             LineBudget::new(Line::Tile, self.tiles, Arena::bytes_of::<Sum>(pixels)),

@@ -1,4 +1,5 @@
 use super::rules::Rule;
+use super::shadows::swap;
 use super::slots::{FetchSlot, RaySlot, Root, RootState, Stage};
 use super::tell::tell;
 use super::{Node, RayKind, Settings, TaskOrder, Time, Traced, World};
@@ -469,39 +470,31 @@ impl<W: World> Node<'_, W> {
 
     /// Lets all go on that wait for this block.
     pub(super) fn wake(&mut self, block: u32) {
-        let mut others = self.blocked;
-        for number in 0..self.rays.len() {
-            let Some(slot) = self.rays.get_mut(number).filter(|_| others > 0) else { break };
-            if slot.stage() != Stage::Blocked {
-                continue;
-            }
-            others = others.saturating_sub(1);
-            if slot.trail().block() == block {
+        let slots = if self.blocked > 0 { self.rays.len() } else { 0 };
+        for number in 0..slots {
+            let Some(slot) = self.rays.get_mut(number) else { break };
+            if slot.stage() == Stage::Blocked && slot.trail().block() == block {
                 slot.set_stage(Stage::Trace);
                 self.blocked = self.blocked.saturating_sub(1);
                 self.enqueue(number as u16);
             }
         }
-        let Self { shadows, fresh, parked, .. } = self;
-        let len = shadows.len();
-        let mut at = len.saturating_sub(*parked);
-        // By reference up to those that wait for it, which few do.
-        while let Some(next) = shadows
-            .get(at..)
-            .and_then(|rest| rest.iter().position(|slot| slot.trail.block() == block))
+        let Self { shadows, awaited, fresh, looked_at, parked, .. } = self;
+        let mut at = shadows.len().saturating_sub(*parked);
+        while let Some(next) =
+            awaited.get(at..).and_then(|rest| rest.iter().position(|&other| other == block))
         {
             at = at.saturating_add(next);
-            let Some(&slot) = shadows.get(at) else { break };
             // The place that it leaves is taken by the first of those that still wait.
-            if let Ok([first, place]) = shadows.get_disjoint_mut([len.saturating_sub(*parked), at])
-            {
-                core::mem::swap(first, place);
+            let first = shadows.len().saturating_sub(*parked);
+            swap(shadows, first, at);
+            if let Ok([first, at]) = awaited.get_disjoint_mut([first, at]) {
+                core::mem::swap(first, at);
             }
+            swap(shadows, first, *fresh);
             *parked = parked.saturating_sub(1);
-            if let Some(place) = shadows.get_mut(*fresh) {
-                *place = slot;
-                *fresh = fresh.saturating_add(1);
-            }
+            *fresh = fresh.saturating_add(1);
+            *looked_at = looked_at.saturating_add(1);
             at = at.saturating_add(1);
         }
     }
@@ -531,7 +524,7 @@ impl<W: World> Node<'_, W> {
         }
         let first = self.shadows.len().saturating_sub(self.parked);
         for at in first..self.shadows.len() {
-            let Some(block) = self.shadows.get(at).map(|slot| slot.trail.block()) else { break };
+            let Some(&block) = self.awaited.get(at) else { break };
             if self.is_here(block) {
                 self.wake(block);
                 // What waits has been moved: the rest is looked at next time.

@@ -55,10 +55,9 @@ impl<W: World> Node<'_, W> {
                 if let Some(number) = self.take_slot(RaySlot::new(ray, root, from.since)) {
                     self.enqueue(number);
                 }
-            } else if let Some(place) = self.shadows.get_mut(self.fresh) {
-                shadow.pixel = u32::from(pixel);
-                *place = ShadowSlot::new(shadow, root);
-                self.fresh = self.fresh.saturating_add(1);
+            } else {
+                (shadow.pixel, shadow.root) = (pixel, root);
+                self.put_shadow(ShadowSlot::new(shadow));
             }
             made = made.saturating_add(1);
         }
@@ -72,6 +71,15 @@ impl<W: World> Node<'_, W> {
         (made as u32, all)
     }
 
+    /// Puts a shadow ray behind the others, but before those that have been looked at.
+    fn put_shadow(&mut self, slot: ShadowSlot) {
+        if let Some(place) = self.shadows.get_mut(self.fresh) {
+            *place = slot;
+            swap(self.shadows, self.fresh.saturating_sub(self.looked_at), self.fresh);
+            self.fresh = self.fresh.saturating_add(1);
+        }
+    }
+
     /// Traces some of the shadow rays that wait, bundle by bundle.
     pub(super) fn light(&mut self, now: Time) -> u32 {
         if !self.draining {
@@ -82,8 +90,10 @@ impl<W: World> Node<'_, W> {
             // Where much has to come, a bundle is cut short by blocks: of rays of the same signs more go together. Else they follow their points, which suits
             // pyramids.
             let by_signs = cfg!(feature = "bundles") && !self.is_quiet();
-            let fresh = self.shadows.get_mut(..self.fresh).unwrap_or_default();
-            crate::render::sort_by_key(fresh, |slot| slot.shadow.order(by_signs) ^ turned);
+            // Those that go on stand behind them: among them they would divide bundles.
+            let begin = self.fresh.saturating_sub(self.looked_at);
+            let begin = self.shadows.get_mut(..begin).unwrap_or_default();
+            crate::render::sort_by_key(begin, |slot| slot.shadow.order(by_signs) ^ turned);
         }
         let traced = match self.last_bundle() {
             Some((false, count)) if self.skip_bundle(count, now) => SHADOWS_PER_STEP,
@@ -100,17 +110,16 @@ impl<W: World> Node<'_, W> {
     /// The shadow rays at the end that go to the same light and are at their beginning: whether they have been looked at, and how many they are.
     fn last_bundle(&self) -> Option<(bool, usize)> {
         let fresh = self.shadows.get(..self.fresh)?;
-        let &ShadowSlot { begun, shadow: Shadow { source, .. }, .. } = fresh.last()?;
+        let source = fresh.last()?.shadow.source;
         // What has been looked at is gone through in each step: no further than it is traced.
         let traced = bundle_len().max(SHADOWS_PER_STEP as usize);
-        let most = if begun == 0 { self.world.most() } else { traced };
+        let looked_at = self.looked_at > 0;
+        let most = if looked_at { traced.min(self.looked_at) } else { self.world.most() };
         let last = fresh.get(fresh.len().saturating_sub(most)..)?;
         let alike = |slot: &&ShadowSlot| {
-            slot.shadow.source == source
-                && slot.begun == begun
-                && (begun == 0 || slot.trail == Trail::START)
+            slot.shadow.source == source && (!looked_at || slot.trail == Trail::START)
         };
-        Some((begun != 0, last.iter().rev().take_while(alike).count()))
+        Some((looked_at, last.iter().rev().take_while(alike).count()))
     }
 
     /// Looks at the last shadow rays: whether nothing can be in the way of them, or of the last bundle. Then these are done.
@@ -141,8 +150,7 @@ impl<W: World> Node<'_, W> {
         if clear {
             self.end_shadows(count, 0);
         } else {
-            let bundle = self.shadows.get_mut(first..self.fresh).unwrap_or_default();
-            bundle.iter_mut().for_each(|slot| slot.begun = 1);
+            self.looked_at = count;
         }
         clear
     }
@@ -154,10 +162,10 @@ impl<W: World> Node<'_, W> {
         while count > 0 {
             let Self { world, shadows, fresh, .. } = &*self;
             let slots = shadows.get(..*fresh).unwrap_or_default();
-            let Some(&ShadowSlot { root, shadow: Shadow { pixel, .. }, .. }) = slots.last() else {
+            let Some(&ShadowSlot { shadow: Shadow { root, pixel, .. }, .. }) = slots.last() else {
                 break;
             };
-            let alike = |slot: &&ShadowSlot| slot.root == root && slot.shadow.pixel == pixel;
+            let alike = |slot: &&ShadowSlot| (slot.shadow.root, slot.shadow.pixel) == (root, pixel);
             let (mut sum, mut rays) = (Sum::ZERO, 0);
             for slot in slots.iter().rev().take(count).take_while(alike) {
                 if hidden & 1 == 0 {
@@ -167,8 +175,9 @@ impl<W: World> Node<'_, W> {
                 rays += 1;
             }
             self.fresh = self.fresh.saturating_sub(rays);
+            self.looked_at = self.looked_at.saturating_sub(rays);
             count = count.saturating_sub(rays);
-            self.add(root, pixel as u16, sum);
+            self.add(root, pixel, sum);
             self.close(root, rays as u32);
         }
     }
@@ -176,6 +185,7 @@ impl<W: World> Node<'_, W> {
     /// Takes the last shadow ray.
     pub(super) fn take_shadow(&mut self) -> Option<ShadowSlot> {
         self.fresh = self.fresh.checked_sub(1)?;
+        self.looked_at = self.looked_at.saturating_sub(1);
         self.shadows.get(self.fresh).copied()
     }
 
@@ -197,22 +207,32 @@ impl<W: World> Node<'_, W> {
     pub(super) fn shadow_traced(&mut self, slot: ShadowSlot, traced: Traced, now: Time) {
         match traced {
             Traced::Done => {
-                let ShadowSlot { root, depth, shadow, .. } = slot;
-                self.add(root, shadow.pixel as u16, self.world.passed(shadow.light(), depth));
-                self.close(root, 1);
+                let ShadowSlot { depth, shadow, .. } = slot;
+                self.add(shadow.root, shadow.pixel, self.world.passed(shadow.light(), depth));
+                self.close(shadow.root, 1);
             }
             Traced::Missing(block) => {
                 self.parked = self.parked.saturating_add(1);
                 let place = self.shadows.len().saturating_sub(self.parked);
-                if let Some(place) = self.shadows.get_mut(place) {
-                    *place = slot;
+                if let (Some(place), Some(awaited)) =
+                    (self.shadows.get_mut(place), self.awaited.get_mut(place))
+                {
+                    (*place, *awaited) = (slot, slot.trail.block());
                 }
                 self.want(block, now);
             }
             Traced::Corrupt(block) => {
                 self.lost = Some(block);
-                self.close(slot.root, 1);
+                self.close(slot.shadow.root, 1);
             }
         }
+    }
+}
+
+/// Lets two shadow rays change places.
+#[cfg_attr(not(feature = "bundles"), inline(never))]
+pub(super) fn swap(shadows: &mut [ShadowSlot], one: usize, other: usize) {
+    if let Ok([one, other]) = shadows.get_disjoint_mut([one, other]) {
+        core::mem::swap(one, other);
     }
 }

@@ -108,23 +108,19 @@ impl RaySlot {
 /// Behind the children of a point in the order of names: two rays.
 const LIGHTS: u32 = 2;
 
-/// A shadow ray that is run here.
+/// A shadow ray that is run here. The block that it waits for lies apart as well: all that wait are gone through for each block that comes.
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
 pub(super) struct ShadowSlot {
     pub(super) shadow: Shadow,
     pub(super) trail: Trail,
     pub(super) depth: [u32; 3],
-    pub(super) root: u16,
-    /// It has been looked at with its bundle.
-    pub(super) begun: u8,
-    pad: u8,
 }
 
 impl ShadowSlot {
     /// A ray at its beginning.
-    pub(super) fn new(shadow: Shadow, root: u16) -> Self {
-        Self { shadow, trail: Trail::START, depth: [0; 3], root, begun: 0, pad: 0 }
+    pub(super) fn new(shadow: Shadow) -> Self {
+        Self { shadow, trail: Trail::START, depth: [0; 3] }
     }
 }
 

@@ -328,7 +328,7 @@ impl<'a> Renderer<'a> {
                     work.sight.depth(bundle, at, materials).map_err(RenderError::Trace)?
                 };
                 if !depth.is_opaque()
-                    && let Some(sum) = self.sums.get_mut(shadow.pixel as usize)
+                    && let Some(sum) = self.sums.get_mut(usize::from(shadow.pixel))
                 {
                     sum.add(unit.quantise(shadow.light() * depth.transmittance()));
                 }

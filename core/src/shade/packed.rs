@@ -152,7 +152,9 @@ pub struct Shadow {
     /// Index of the light.
     pub source: u32,
     /// Index of the pixel in the tile.
-    pub pixel: u32,
+    pub pixel: u16,
+    /// What waits for it, at a node of a mesh.
+    pub root: u16,
 }
 
 impl Shadow {
@@ -165,7 +167,8 @@ impl Shadow {
             t_max: shadow.ray.t_max,
             light: shadow.light.to_array(),
             source,
-            pixel: u32::from(pixel),
+            pixel,
+            root: 0,
         }
     }
 

@@ -74,6 +74,8 @@ impl<W: World> Node<'_, W> {
         let (fresh, parked) = (self.fresh, self.shadows.len() - self.parked);
         s.all(&mut self.shadows[..fresh]);
         s.all(&mut self.shadows[parked..]);
+        s.all(&mut self.awaited[parked..]);
+        s.len(&mut self.looked_at);
         s.bool(&mut self.draining);
         // They decide about time only.
         (self.turned, self.quiet, self.haste) = (false, 0, 0);
