@@ -225,6 +225,7 @@ impl RouterSize {
     }
 
     /// What the queues of a port take, or those of the node itself, behind the last.
+    #[cfg_attr(not(feature = "bundles"), inline(never))]
     fn of_port(&self, port: usize, classes: usize, of: fn((u16, u16)) -> usize) -> usize {
         let [requests, replies] = Channel::ALL.map(|channel| of(self.buffers(port, channel)));
         classes * (requests + replies)
