@@ -488,9 +488,7 @@ impl<W: World> Node<'_, W> {
             // The place that it leaves is taken by the first of those that still wait.
             let first = shadows.len().saturating_sub(*parked);
             swap(shadows, first, at);
-            if let Ok([first, at]) = awaited.get_disjoint_mut([first, at]) {
-                core::mem::swap(first, at);
-            }
+            swap(awaited, first, at);
             swap(shadows, first, *fresh);
             *parked = parked.saturating_sub(1);
             *fresh = fresh.saturating_add(1);

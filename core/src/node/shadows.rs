@@ -229,10 +229,10 @@ impl<W: World> Node<'_, W> {
     }
 }
 
-/// Lets two shadow rays change places.
+/// Lets two change places.
 #[cfg_attr(not(feature = "bundles"), inline(never))]
-pub(super) fn swap(shadows: &mut [ShadowSlot], one: usize, other: usize) {
-    if let Ok([one, other]) = shadows.get_disjoint_mut([one, other]) {
+pub(super) fn swap<T>(all: &mut [T], one: usize, other: usize) {
+    if let Ok([one, other]) = all.get_disjoint_mut([one, other]) {
         core::mem::swap(one, other);
     }
 }

@@ -1,5 +1,5 @@
-//! `render_time FILE.kilo WIDTH HEIGHT [--samples N] [--shadow-samples N] [--lights-per-point N] [--runs N] [--out FILE]`: the CPU
-//! seconds of a picture on one thread, after a first picture in the same process; of several runs the least.
+//! `render_time FILE.kilo WIDTH HEIGHT [--samples N] [--shadow-samples N] [--lights-per-point N] [--out FILE]`: the CPU seconds
+//! of a picture on one thread, after a first picture in the same process.
 //!
 //! So it is what each picture takes, and not what a process pays once, as for memory that it touches for the first time. FILE gets the pixels, row by row
 //! from the top, each as three f32.
@@ -12,14 +12,13 @@ use std::{env, fs};
 
 use cpu_time::ProcessTime;
 use kiloray_core::shade::Settings;
-use kiloray_render::{Control, Options, Rendered, framing, render};
+use kiloray_render::{Control, Options, framing, render};
 use kiloray_scene::kilo::KiloFile;
 
 struct Arguments {
     scene: PathBuf,
     size: [u32; 2],
     settings: Settings,
-    runs: u32,
     out: Option<PathBuf>,
 }
 
@@ -33,7 +32,7 @@ fn main() -> ExitCode {
         Err(error) => {
             eprintln!(
                 "render_time: {error}\nusage: render_time FILE.kilo WIDTH HEIGHT [--samples N] [--shadow-samples N] \
-                 [--lights-per-point N] [--runs N] [--out FILE]"
+                 [--lights-per-point N] [--out FILE]"
             );
             ExitCode::FAILURE
         }
@@ -43,7 +42,7 @@ fn main() -> ExitCode {
 fn arguments() -> Result<Arguments, String> {
     let mut words = env::args().skip(1);
     let mut named = Vec::new();
-    let (mut settings, mut runs, mut out) = (Settings::default(), 1, None);
+    let (mut settings, mut out) = (Settings::default(), None);
     while let Some(word) = words.next() {
         if !word.starts_with("--") {
             named.push(word);
@@ -54,14 +53,13 @@ fn arguments() -> Result<Arguments, String> {
             "--samples" => settings.samples = number(&value)?,
             "--shadow-samples" => settings.shadow_samples = number(&value)?,
             "--lights-per-point" => settings.lights = number(&value)?,
-            "--runs" => runs = number(&value)?,
             "--out" => out = Some(value.into()),
             _ => return Err(format!("{word} is unknown")),
         }
     }
     let [scene, width, height] = named.as_slice() else { return Err("what to render?".into()) };
     let size = [number(width)?, number(height)?];
-    Ok(Arguments { scene: scene.into(), size, settings, runs, out })
+    Ok(Arguments { scene: scene.into(), size, settings, out })
 }
 
 fn number<T: std::str::FromStr>(word: &str) -> Result<T, String> {
@@ -78,19 +76,13 @@ fn run(arguments: &Arguments) -> Result<f64, Box<dyn Error>> {
         Options { settings: arguments.settings, threads: 1, ..Options::new(width, height, view) };
     let cancel = AtomicBool::new(false);
     let control = Control { cancel: &cancel, progress: &|_, _| {} };
-    let timed = || -> Result<(f64, Rendered), kiloray_render::Error> {
-        let begin = ProcessTime::now();
-        let rendered = render(&file, &options, &control)?;
-        Ok((begin.elapsed().as_secs_f64(), rendered))
-    };
-    let (_, first) = timed()?;
-    let mut least = f64::INFINITY;
-    for _ in 0..arguments.runs.max(1) {
-        least = least.min(timed()?.0);
-    }
+    let first = render(&file, &options, &control)?;
+    let begin = ProcessTime::now();
+    render(&file, &options, &control)?;
+    let seconds = begin.elapsed().as_secs_f64();
     if let Some(out) = &arguments.out {
         let numbers = first.picture.pixels.iter().flatten();
         fs::write(out, numbers.flat_map(|x| x.to_le_bytes()).collect::<Vec<_>>())?;
     }
-    Ok(least)
+    Ok(seconds)
 }
