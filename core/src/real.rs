@@ -1,14 +1,20 @@
 //! Numbers of one sample, or of as many at once as a vector holds.
 //!
 //! What is written over a [`Real`] is there once: with `f32` it is plain code for any processor, with the lanes of a
-//! [`Lanes`](crate::trace::Lanes) it does several samples with the same instructions. Both give each sample the same bits: all operations are those of IEEE 754,
+//! [`Lanes`](crate::trace::Lanes) it does several samples with the same instructions. What f32 is too short for goes by its [`Double`]. Both give each sample the same bits: all operations are those of IEEE 754,
 //! in the order in which they are written, and where a plain program would branch both sides are computed and one is [selected](Real::select).
 //!
 //! Values come from values: whoever has one has proven that the machine has the instructions for it. Constants are therefore made by
 //! [`Real::same`], or are the `f32` of an operation.
 
+mod rows;
+mod vector;
+
+pub(crate) use self::rows::Rows;
+#[cfg(feature = "bundles")]
+pub(crate) use self::rows::{Row, at, put, set};
+pub use self::vector::Vector;
 use core::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Neg, Not, Shl, Shr, Sub};
-use glam::Vec3;
 
 /// Most lanes of any [`Real`].
 pub const LANES: usize = 8;
@@ -22,14 +28,29 @@ pub trait Part {
     fn run(self) -> Self::Result;
 }
 
-/// Numbers, one in each lane.
-pub trait Real:
+/// Numbers of either length, one in each lane.
+pub trait Number:
     Copy
     + Neg<Output = Self>
     + Add<Output = Self>
     + Sub<Output = Self>
     + Mul<Output = Self>
     + Div<Output = Self>
+{
+    /// The square root.
+    #[must_use]
+    fn sqrt(self) -> Self;
+    /// Without its sign.
+    #[must_use]
+    fn abs(self) -> Self;
+    /// `self` if it is greater, else `other`: so `other` for NaN.
+    #[must_use]
+    fn greater(self, other: Self) -> Self;
+}
+
+/// Numbers of f32, one in each lane.
+pub trait Real:
+    Number
     + Add<f32, Output = Self>
     + Sub<f32, Output = Self>
     + Mul<f32, Output = Self>
@@ -39,6 +60,8 @@ pub trait Real:
     type Mask: Mask;
     /// The same bits as whole numbers.
     type Bits: Bits<Real = Self, Mask = Self::Mask>;
+    /// The same numbers in f64.
+    type Double: Double<Real = Self>;
 
     /// How many, [`LANES`] at most.
     const COUNT: usize;
@@ -46,18 +69,11 @@ pub trait Real:
     /// One number in all lanes.
     #[must_use]
     fn same(self, x: f32) -> Self;
-    /// The square root.
-    #[must_use]
-    fn sqrt(self) -> Self;
-    /// Without its sign.
-    #[must_use]
-    fn abs(self) -> Self;
+    /// In f64.
+    fn double(self) -> Self::Double;
     /// With the sign of another.
     #[must_use]
     fn copysign(self, sign: Self) -> Self;
-    /// `self` if it is greater, else `other`: so `other` for NaN.
-    #[must_use]
-    fn greater(self, other: Self) -> Self;
     /// `self` if it is less, else `other`: so `other` for NaN.
     #[must_use]
     fn lesser(self, other: Self) -> Self;
@@ -122,6 +138,29 @@ pub trait Real:
     }
 }
 
+/// Numbers of f64, one in each lane.
+pub trait Double: Number {
+    /// Those of f32.
+    type Real: Real<Double = Self>;
+
+    /// One number in all lanes.
+    #[must_use]
+    fn same(self, x: f64) -> Self;
+    /// `self > other`.
+    fn above(self, other: Self) -> <Self::Real as Real>::Mask;
+    /// The nearest f32.
+    fn single(self) -> Self::Real;
+    /// With the other sign where a number is below zero.
+    #[must_use]
+    fn turned(self, by: Self::Real) -> Self;
+
+    /// `self > 0`.
+    #[inline(always)]
+    fn is_positive(self) -> <Self::Real as Real>::Mask {
+        self.above(self.same(0.0))
+    }
+}
+
 /// Whole numbers of 32 bits, one in each lane. Sums and products wrap.
 pub trait Bits:
     Copy
@@ -151,6 +190,9 @@ pub trait Bits:
     fn reversed(self) -> Self;
     /// Whether it is 0.
     fn is_zero(self) -> Self::Mask;
+    /// One of two by lane.
+    #[must_use]
+    fn select(mask: Self::Mask, yes: Self, no: Self) -> Self;
     /// The number, as one with a sign.
     fn real(self) -> Self::Real;
 
@@ -175,17 +217,7 @@ pub trait Mask: Copy + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output
     fn lanes(self) -> u32;
 }
 
-impl Real for f32 {
-    type Mask = bool;
-    type Bits = u32;
-
-    const COUNT: usize = 1;
-
-    #[inline(always)]
-    fn same(self, x: f32) -> Self {
-        x
-    }
-
+impl Number for f32 {
     #[inline(always)]
     fn sqrt(self) -> Self {
         libm::sqrtf(self)
@@ -197,13 +229,72 @@ impl Real for f32 {
     }
 
     #[inline(always)]
-    fn copysign(self, sign: Self) -> Self {
-        f32::copysign(self, sign)
+    fn greater(self, other: Self) -> Self {
+        if self > other { self } else { other }
+    }
+}
+
+impl Number for f64 {
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        libm::sqrt(self)
+    }
+
+    #[inline(always)]
+    fn abs(self) -> Self {
+        f64::abs(self)
     }
 
     #[inline(always)]
     fn greater(self, other: Self) -> Self {
         if self > other { self } else { other }
+    }
+}
+
+impl Double for f64 {
+    type Real = f32;
+
+    #[inline(always)]
+    fn same(self, x: f64) -> Self {
+        x
+    }
+
+    #[inline(always)]
+    fn above(self, other: Self) -> bool {
+        self > other
+    }
+
+    #[inline(always)]
+    fn single(self) -> f32 {
+        self as f32
+    }
+
+    #[inline(always)]
+    fn turned(self, by: f32) -> Self {
+        if by < 0.0 { -self } else { self }
+    }
+}
+
+impl Real for f32 {
+    type Mask = bool;
+    type Bits = u32;
+    type Double = f64;
+
+    const COUNT: usize = 1;
+
+    #[inline(always)]
+    fn same(self, x: f32) -> Self {
+        x
+    }
+
+    #[inline(always)]
+    fn double(self) -> f64 {
+        self.into()
+    }
+
+    #[inline(always)]
+    fn copysign(self, sign: Self) -> Self {
+        f32::copysign(self, sign)
     }
 
     #[inline(always)]
@@ -277,6 +368,11 @@ impl Bits for u32 {
     }
 
     #[inline(always)]
+    fn select(mask: bool, yes: Self, no: Self) -> Self {
+        if mask { yes } else { no }
+    }
+
+    #[inline(always)]
     fn real(self) -> f32 {
         self as i32 as f32
     }
@@ -286,170 +382,5 @@ impl Mask for bool {
     #[inline(always)]
     fn lanes(self) -> u32 {
         self.into()
-    }
-}
-
-/// A vector in each lane. Sums of three are taken in the order of the axes.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Vector<R> {
-    /// Along the first axis.
-    pub x: R,
-    /// Along the second.
-    pub y: R,
-    /// Along the third.
-    pub z: R,
-}
-
-impl<R: Real> Vector<R> {
-    /// One vector in as many lanes as `like` has.
-    #[inline(always)]
-    #[must_use]
-    pub fn same(like: R, v: Vec3) -> Self {
-        Self { x: like.same(v.x), y: like.same(v.y), z: like.same(v.z) }
-    }
-
-    /// One vector times a number by lane.
-    #[inline(always)]
-    #[must_use]
-    pub fn along(v: Vec3, by: R) -> Self {
-        Self { x: by * v.x, y: by * v.y, z: by * v.z }
-    }
-
-    /// The product with another vector.
-    #[inline(always)]
-    #[must_use]
-    pub fn dot(self, other: Self) -> R {
-        self.x * other.x + self.y * other.y + self.z * other.z
-    }
-
-    /// The product with one vector.
-    #[inline(always)]
-    #[must_use]
-    pub fn on(self, v: Vec3) -> R {
-        self.x * v.x + self.y * v.y + self.z * v.z
-    }
-
-    /// The vector at right angles to both.
-    #[inline(always)]
-    #[must_use]
-    pub fn cross(self, other: Self) -> Self {
-        Self {
-            x: self.y * other.z - other.y * self.z,
-            y: self.z * other.x - other.z * self.x,
-            z: self.x * other.y - other.x * self.y,
-        }
-    }
-
-    /// Its length.
-    #[inline(always)]
-    #[must_use]
-    pub fn length(self) -> R {
-        self.dot(self).sqrt()
-    }
-
-    /// One of two by lane.
-    #[inline(always)]
-    #[must_use]
-    pub fn select(mask: R::Mask, yes: Self, no: Self) -> Self {
-        Self {
-            x: R::select(mask, yes.x, no.x),
-            y: R::select(mask, yes.y, no.y),
-            z: R::select(mask, yes.z, no.z),
-        }
-    }
-
-    /// The greatest element.
-    #[inline(always)]
-    #[must_use]
-    pub fn greatest(self) -> R {
-        self.x.greater(self.y).greater(self.z)
-    }
-}
-
-impl From<Vec3> for Vector<f32> {
-    #[inline(always)]
-    fn from(v: Vec3) -> Self {
-        Self { x: v.x, y: v.y, z: v.z }
-    }
-}
-
-impl From<Vector<f32>> for Vec3 {
-    #[inline(always)]
-    fn from(v: Vector<f32>) -> Self {
-        Self::new(v.x, v.y, v.z)
-    }
-}
-
-impl<R: Real> Add for Vector<R> {
-    type Output = Self;
-
-    #[inline(always)]
-    fn add(self, other: Self) -> Self {
-        Self { x: self.x + other.x, y: self.y + other.y, z: self.z + other.z }
-    }
-}
-
-impl<R: Real> Sub for Vector<R> {
-    type Output = Self;
-
-    #[inline(always)]
-    fn sub(self, other: Self) -> Self {
-        Self { x: self.x - other.x, y: self.y - other.y, z: self.z - other.z }
-    }
-}
-
-impl<R: Real> Add<Vec3> for Vector<R> {
-    type Output = Self;
-
-    #[inline(always)]
-    fn add(self, v: Vec3) -> Self {
-        Self { x: self.x + v.x, y: self.y + v.y, z: self.z + v.z }
-    }
-}
-
-impl<R: Real> Sub<Vec3> for Vector<R> {
-    type Output = Self;
-
-    #[inline(always)]
-    fn sub(self, v: Vec3) -> Self {
-        Self { x: self.x - v.x, y: self.y - v.y, z: self.z - v.z }
-    }
-}
-
-impl<R: Real> Mul<R> for Vector<R> {
-    type Output = Self;
-
-    #[inline(always)]
-    fn mul(self, by: R) -> Self {
-        Self { x: self.x * by, y: self.y * by, z: self.z * by }
-    }
-}
-
-impl<R: Real> Div<R> for Vector<R> {
-    type Output = Self;
-
-    #[inline(always)]
-    fn div(self, by: R) -> Self {
-        Self { x: self.x / by, y: self.y / by, z: self.z / by }
-    }
-}
-
-/// Element by element.
-impl<R: Real> Mul for Vector<R> {
-    type Output = Self;
-
-    #[inline(always)]
-    fn mul(self, other: Self) -> Self {
-        Self { x: self.x * other.x, y: self.y * other.y, z: self.z * other.z }
-    }
-}
-
-/// Element by element.
-impl<R: Real> Mul<Vec3> for Vector<R> {
-    type Output = Self;
-
-    #[inline(always)]
-    fn mul(self, v: Vec3) -> Self {
-        Self { x: self.x * v.x, y: self.y * v.y, z: self.z * v.z }
     }
 }

@@ -19,6 +19,7 @@ use kiloray_core::trace::{
 
 mod boxes;
 mod bundle;
+mod double;
 mod frame;
 mod put_down;
 mod real;

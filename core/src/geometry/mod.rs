@@ -27,6 +27,7 @@ pub use aabb::Aabb;
 pub use prepared::{Interval, PreparedRay};
 pub use pyramid::{Planes, Pyramid, Side};
 pub use ray::{Hit, Primitive, Ray};
+pub(crate) use spawn::Base;
 pub use spawn::{SurfacePoint, Target};
 pub use sphere::{SphereRoots, sphere_roots};
 pub use triangle::{DET_MAX, DET_MIN, DET_PART, TriangleHit};

@@ -1,6 +1,11 @@
+mod base;
+
+pub(crate) use self::base::Base;
+use self::base::unit;
 use super::rounding::UNIT_ROUNDOFF;
 use super::sphere::roots;
 use super::{Aabb, Hit, PreparedRay, Primitive, Pyramid, Ray};
+use crate::real::Vector;
 use crate::scene::{Light, LightKind};
 use glam::{DVec3, Vec3};
 
@@ -15,10 +20,7 @@ pub struct SurfacePoint {
     /// The unit geometric normal: of the side from which a triangle's vertices are counter-clockwise, of the
     /// sphere's outside (inside, if it faces inward).
     pub normal: Vec3,
-    exact: DVec3,
-    unit: DVec3,
-    /// Distance from the surface, beyond which a ray that leaves it cannot hit it again.
-    clearance: f64,
+    base: Base<f32>,
 }
 
 /// Where a shadow ray ends: a point on a light.
@@ -72,6 +74,12 @@ impl Hit {
     #[must_use]
     #[cfg_attr(feature = "bundles", inline(always))]
     pub fn surface(&self, ray: &Ray) -> SurfacePoint {
+        self.base(ray).into()
+    }
+
+    /// Where rays begin that leave the point that a ray hit.
+    #[cfg_attr(feature = "bundles", inline(always))]
+    pub(crate) fn base(&self, ray: &Ray) -> Base<f32> {
         match self.primitive {
             Primitive::Triangle { vertices, .. } => on_triangle(vertices, self.b1, self.b2),
             // Without spheres nothing has made such a hit: any point will do.
@@ -119,7 +127,7 @@ impl SurfacePoint {
     #[must_use]
     pub fn spawn_to(&self, target: &Target) -> Ray {
         let end = target.point.as_dvec3();
-        let origin = self.origin_towards(end - self.exact);
+        let origin = self.origin_towards(end - DVec3::from(self.base.exact));
         let back = origin.as_dvec3() - end;
         let normal = target.normal.as_dvec3();
         let distance = back.abs().max_element();
@@ -136,25 +144,31 @@ impl SurfacePoint {
     #[must_use]
     pub fn pyramid_to(&self, light: &Light, towards: Vec3) -> Pyramid {
         let towards = towards.as_dvec3();
-        let normal = if towards.dot(self.unit) < 0.0 { -self.unit } else { self.unit };
+        let unit = DVec3::from(self.base.unit);
+        let normal = if towards.dot(unit) < 0.0 { -unit } else { unit };
         Pyramid::from_surface(self.origin_towards(towards), normal, light)
     }
 
     /// The box of the two places, one on each side, where rays from here begin.
     #[must_use]
     pub fn origins(&self) -> Aabb {
-        Aabb::EMPTY.with(self.origin_towards(self.unit)).with(self.origin_towards(-self.unit))
+        [1.0, -1.0]
+            .map(|side| self.base.origin(side))
+            .into_iter()
+            .fold(Aabb::EMPTY, |both, origin| both.with(origin.into()))
     }
 
     #[cfg_attr(feature = "bundles", inline(always))]
     fn origin_towards(&self, direction: DVec3) -> Vec3 {
-        let away = if direction.dot(self.unit) < 0.0 { -self.unit } else { self.unit };
-        let p = self.exact + away * self.clearance;
-        Vec3::new(
-            round_towards(p.x, away.x),
-            round_towards(p.y, away.y),
-            round_towards(p.z, away.z),
-        )
+        let side = if direction.dot(self.base.unit.into()) < 0.0 { -1.0 } else { 1.0 };
+        self.base.origin(side).into()
+    }
+}
+
+impl From<Base<f32>> for SurfacePoint {
+    #[inline(always)]
+    fn from(base: Base<f32>) -> Self {
+        Self { position: base.position().into(), normal: base.normal().into(), base }
     }
 }
 
@@ -164,68 +178,13 @@ fn length(light: &Light) -> f32 {
     u + v
 }
 
-/// The nearest f32 that is not on the wrong side of `x`: not below it if `sign` is above zero, not above if below.
-///
-/// Whether the nearest will do nobody can foretell: it is a number here, not a branch.
 #[cfg_attr(feature = "bundles", inline(always))]
-#[cfg_attr(not(feature = "bundles"), inline(never))]
-fn round_towards(x: f64, sign: f64) -> f32 {
-    let nearest = x as f32;
-    let back = f64::from(nearest);
-    let up = i32::from(sign > 0.0) & i32::from(back < x);
-    let down = i32::from(sign < 0.0) & i32::from(back > x);
-    // The bits of a number count its distance from zero, and a tiny number is rounded to the zero of its sign.
-    let bits = nearest.to_bits().cast_signed();
-    let outward = bits >> 31 | 1;
-    f32::from_bits(bits.wrapping_add((up - down) * outward).cast_unsigned())
+fn on_triangle(vertices: [Vec3; 3], b1: f32, b2: f32) -> Base<f32> {
+    let (base, edges) = Base::on_triangle(vertices.map(Vector::from), [b1, b2]);
+    if edges.has_normal() { base } else { Base { unit: edges.sliver_normal().into(), ..base } }
 }
 
-#[cfg_attr(feature = "bundles", inline(always))]
-fn on_triangle(vertices: [Vec3; 3], b1: f32, b2: f32) -> SurfacePoint {
-    let [v0, v1, v2] = vertices.map(Vec3::as_dvec3);
-    let (e1, e2) = (v1 - v0, v2 - v0);
-    let exact = v0 + e1 * f64::from(b1) + e2 * f64::from(b2);
-    let unit = triangle_normal(e1, e2);
-    let far = (v0 - exact).abs().max((v1 - exact).abs()).max((v2 - exact).abs()).max_element();
-    let clearance = LIFT * (far + ULP * exact.abs().max_element());
-    SurfacePoint { position: exact.as_vec3(), normal: unit.as_vec3(), exact, unit, clearance }
-}
-
-/// A unit normal, also of slivers: theirs is made orthogonal to the longest edge once more. A triangle that is less
-/// than 2⁻²⁹ of its length wide is a line to the test, and any normal of the line will do.
-#[cfg_attr(feature = "bundles", inline(always))]
-fn triangle_normal(e1: DVec3, e2: DVec3) -> DVec3 {
-    let edges = [e1, e2, e2 - e1].map(|e| (e, e.length_squared()));
-    let product = e1.cross(e2);
-    // Which edge it is nobody can foretell: the length alone takes no branch.
-    let [(_, a), (_, b), (_, c)] = edges;
-    let square = longer(longer(a, b), c);
-    // The product is off by 2⁻⁵¹ of the square of the length at most: its direction by less than 10⁻¹².
-    let is_sliver = product.length_squared() < SLIVER * SLIVER * (square * square);
-    let normal = unit(product);
-    if let Some(normal) = normal
-        && !is_sliver
-    {
-        return normal;
-    }
-    let longest = edges.into_iter().find(|&(_, square_of_edge)| square_of_edge == square);
-    let Some(along) = longest.and_then(|(e, _)| unit(e)) else { return DVec3::Z };
-    let n = normal.unwrap_or(along);
-    unit(n - along * n.dot(along))
-        .filter(|n| n.dot(along).abs() < 1e-12)
-        .unwrap_or_else(|| along.any_orthonormal_vector())
-}
-
-/// The greater of two lengths, the first if there is none.
-#[inline(always)]
-fn longer(a: f64, b: f64) -> f64 {
-    if b > a { b } else { a }
-}
-
-/// A triangle whose height is less than this part of its longest edge is a sliver.
-const SLIVER: f64 = 1e-3;
-
-fn on_sphere(ray: &Ray, t: f32, center: Vec3, radius: f32, inward: bool) -> SurfacePoint {
+fn on_sphere(ray: &Ray, t: f32, center: Vec3, radius: f32, inward: bool) -> Base<f32> {
     let t = f64::from(t);
     let t = match roots(ray.origin, ray.direction, center, radius) {
         Some((near, far)) => {
@@ -245,14 +204,7 @@ fn on_sphere(ray: &Ray, t: f32, center: Vec3, radius: f32, inward: bool) -> Surf
     let aside = 2.0 * ULP * exact.abs().max_element();
     let clearance = (aside * aside / r + r / f64::from(1 << 30)).min(r * 0.5);
     let unit = if inward { -outward } else { outward };
-    SurfacePoint { position: exact.as_vec3(), normal: unit.as_vec3(), exact, unit, clearance }
-}
-
-/// `v` at unit length, for lengths from 10⁻⁶⁰ to 10⁶⁰ at least.
-#[cfg_attr(feature = "bundles", inline(always))]
-fn unit(v: DVec3) -> Option<DVec3> {
-    let length = libm::sqrt(v.length_squared());
-    (length > 0.0 && length < f64::INFINITY).then(|| v * (1.0 / length))
+    Base { exact: exact.into(), unit: unit.into(), clearance }
 }
 
 impl PreparedRay {

@@ -154,8 +154,8 @@ impl Flat {
     /// As one of many, if it is.
     #[cfg(feature = "bundles")]
     pub(super) fn lamp(&self) -> Option<Lamp> {
-        let Self { kind, position, u, v, normal, area, height, size, near, .. } = *self;
-        let is_plain = near == Near::No && kind != LightKind::Disc;
+        let &Self { kind, position, u, v, normal, area, height, size, ref near, .. } = self;
+        let is_plain = matches!(near, Near::No) && kind != LightKind::Disc;
         let is_triangle = kind == LightKind::Triangle;
         is_plain.then_some(Lamp {
             position,

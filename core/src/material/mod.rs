@@ -11,6 +11,8 @@ mod pass;
 #[cfg(feature = "specular")]
 mod passing;
 mod surface;
+#[cfg(feature = "bundles")]
+mod surfaces;
 mod ward;
 
 #[cfg(feature = "specular")]
@@ -21,4 +23,7 @@ pub use bsdf::{Bsdf, Response, Side};
 pub use depth::OpticalDepth;
 pub use pass::{crossing, passes_shadow_rays};
 pub use surface::Surface;
+pub(crate) use surface::{Anew, Surfacing};
+#[cfg(feature = "bundles")]
+pub(crate) use surfaces::{Made, Surfaces};
 pub use ward::{ROUGHNESS_MIN, Ward, tangents};

@@ -1,5 +1,6 @@
 use crate::block::octahedral;
-use crate::geometry::{Hit, Primitive, Ray};
+use crate::geometry::{Base, Hit, Primitive, Ray};
+use crate::real::{Real, Vector};
 use glam::Vec3;
 
 /// The place that a ray hit: all that shading needs of the geometry.
@@ -38,26 +39,44 @@ pub struct Surface {
 /// The least cosine between the shading normal and the direction to the eye.
 const FACING_MIN: f32 = 1.0 / 64.0;
 
+/// Where the surface comes from that a ray hit.
+pub(crate) trait Surfacing {
+    /// It; `through` if rays may go on behind it.
+    fn surface(&self, ray: &Ray, hit: &Hit, through: bool) -> Surface;
+}
+
+/// It is made when it is asked for.
+pub(crate) struct Anew;
+
+impl Surfacing for Anew {
+    #[inline(always)]
+    fn surface(&self, ray: &Ray, hit: &Hit, through: bool) -> Surface {
+        Surface::new(ray, hit, through)
+    }
+}
+
 impl Surface {
     /// The surface that a ray hit; `through` if rays may go on behind it.
     #[must_use]
     #[cfg_attr(feature = "bundles", inline(always))]
     pub fn new(ray: &Ray, hit: &Hit, through: bool) -> Self {
-        let len = libm::sqrtf(ray.direction.dot(ray.direction));
-        let outgoing = -ray.direction / len;
-        let point = hit.surface(ray);
-        let front = point.normal.dot(outgoing) >= 0.0;
-        let normal = if front { point.normal } else { -point.normal };
-        let above = point.spawn(normal).origin;
+        Self::of(Facing::of(ray, hit, through), hit)
+    }
+
+    /// Of what rays hit in lanes, one.
+    #[cfg_attr(feature = "bundles", inline(always))]
+    pub(super) fn of(facing: Facing<f32>, hit: &Hit) -> Self {
+        let Facing { position, above, below, normal, outgoing, distance, side } = facing;
+        let [normal, outgoing] = [normal, outgoing].map(Vec3::from);
         Self {
-            position: point.position,
-            above,
-            below: if through { point.spawn(-normal).origin } else { above },
+            position: position.into(),
+            above: above.into(),
+            below: below.into(),
             normal,
-            shading: interpolated(hit).map_or(normal, |n| facing(n, normal, outgoing)),
+            shading: interpolated(hit).map_or(normal, |n| bent(n, normal, outgoing)),
             outgoing,
-            distance: hit.t * len,
-            front,
+            distance,
+            front: side > 0.0,
             material: hit.material,
         }
     }
@@ -70,6 +89,57 @@ impl Surface {
     }
 }
 
+/// What of surfaces is made alike of any primitive, one in each lane.
+pub(super) struct Facing<R: Real> {
+    pub(super) position: Vector<R>,
+    pub(super) above: Vector<R>,
+    pub(super) below: Vector<R>,
+    pub(super) normal: Vector<R>,
+    pub(super) outgoing: Vector<R>,
+    pub(super) distance: R,
+    /// Below zero where the ray came from behind.
+    pub(super) side: R,
+}
+
+impl Facing<f32> {
+    /// Of a ray and its hit.
+    #[cfg_attr(feature = "bundles", inline(always))]
+    pub(super) fn of(ray: &Ray, hit: &Hit, through: bool) -> Self {
+        Self::new(&hit.base(ray), ray.direction.into(), hit.t, through)
+    }
+
+    /// The same, where it is seldom asked for.
+    #[cfg(feature = "bundles")]
+    #[inline(never)]
+    pub(super) fn alone(ray: &Ray, hit: &Hit, through: bool) -> Self {
+        Self::of(ray, hit, through)
+    }
+}
+
+impl<R: Real> Facing<R> {
+    /// Of rays that end at these points.
+    #[inline(always)]
+    pub(super) fn new(base: &Base<R>, direction: Vector<R>, t: R, through: bool) -> Self {
+        let length = direction.length();
+        let outgoing = -direction / length;
+        let normal = base.normal();
+        let side = normal.dot(outgoing);
+        let (one, none) = (side.same(1.0), side.same(0.0));
+        let side = R::select(none.above(side), -one, one);
+        let above = base.origin(side);
+        Self {
+            position: base.position(),
+            above,
+            below: if through { base.origin(-side) } else { above },
+            normal: normal * side,
+            outgoing,
+            distance: t * length,
+            side,
+        }
+    }
+}
+
+#[cfg_attr(not(feature = "bundles"), inline(never))]
 fn interpolated(hit: &Hit) -> Option<Vec3> {
     let Primitive::Triangle { normals: Some([n0, n1, n2]), .. } = hit.primitive else {
         return None;
@@ -82,7 +152,7 @@ fn interpolated(hit: &Hit) -> Option<Vec3> {
 }
 
 /// Turns a shading normal to the side of the geometric one, and towards the eye where it faces away from it.
-fn facing(shading: Vec3, normal: Vec3, outgoing: Vec3) -> Vec3 {
+fn bent(shading: Vec3, normal: Vec3, outgoing: Vec3) -> Vec3 {
     let side = shading.dot(normal);
     if side == 0.0 {
         return normal;

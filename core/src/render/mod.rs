@@ -38,6 +38,8 @@ mod sight;
 mod sort;
 mod stack;
 mod tile;
+#[cfg(feature = "bundles")]
+mod together;
 mod trust;
 
 pub(crate) use clear::is_clear;

@@ -2,7 +2,6 @@ use crate::block::BlockSource;
 use crate::geometry::{Hit, Ray};
 use crate::material::OpticalDepth;
 use crate::scene::Material;
-use crate::shade::{PathRay, Shadow};
 use crate::trace::{BUNDLE, Bundle, BundleVisited, Query, TraceError, Tracer, Trail, Whole};
 use glam::Vec3;
 
@@ -98,6 +97,11 @@ impl Neighbours {
         (count, traced)
     }
 
+    /// The closest hits of all rays that were traced, and of others before.
+    pub(super) const fn hits(&self) -> &[Option<Hit>; BUNDLE] {
+        &self.hits
+    }
+
     /// The closest hit of a ray that was traced; of one that has stopped, the best so far.
     pub(crate) fn hit(&self, at: usize) -> Option<&Hit> {
         self.hits.get(at).and_then(Option::as_ref)
@@ -141,37 +145,6 @@ impl Neighbours {
     /// What was visited since the last call.
     pub(crate) fn take_visited(&mut self) -> BundleVisited {
         self.room.take_visited()
-    }
-
-    /// The closest hit of `rays[at]`, if `at` goes from 0 up by one.
-    pub(super) fn closest<T: Tracer, S: BlockSource>(
-        &mut self,
-        tracer: T,
-        source: &mut S,
-        rays: &[PathRay],
-        at: usize,
-    ) -> Result<Option<Hit>, TraceError<S::Error>> {
-        if at.is_multiple_of(BUNDLE) {
-            let next = rays.get(at..).unwrap_or_default();
-            self.trace(tracer, source, next.iter().map(PathRay::ray)).1?;
-        }
-        Ok(self.hit(at % BUNDLE).copied())
-    }
-
-    /// What `rays[at]` has lost on its way, if `at` goes from 0 up by one: see [`ask`](Self::ask).
-    pub(super) fn lost<T: Tracer, S: BlockSource>(
-        &mut self,
-        tracer: T,
-        source: &mut S,
-        rays: &[Shadow],
-        at: usize,
-        materials: Option<&[Material]>,
-    ) -> Result<OpticalDepth, TraceError<S::Error>> {
-        if at.is_multiple_of(BUNDLE) {
-            let next = rays.get(at..).unwrap_or_default();
-            self.ask(tracer, source, next.iter().map(Shadow::ray), materials).1?;
-        }
-        Ok(self.depth(at % BUNDLE))
     }
 }
 

@@ -3,7 +3,6 @@ use super::stack::Stack;
 use super::tile::{Places, Tile};
 use super::{Plan, Sight};
 use crate::block::BlockSource;
-use crate::geometry::Hit;
 use crate::material::OpticalDepth;
 use crate::path::PathKey;
 use crate::scene::Needs;
@@ -117,14 +116,24 @@ impl<'a> Renderer<'a> {
             memo: Memo::new(),
         };
         let mut rays = ShadowRays::NONE;
+        let through = job.shader.tables().needs.any(Needs::SPECULAR | Needs::TRANSPARENT);
         while self.fill_batch(&mut work) {
             if job.cancel.is_some_and(|cancel| cancel.load(Ordering::Relaxed)) {
                 return Err(RenderError::Cancelled);
             }
             for at in 0..self.batch.len() {
-                let Some(&ray) = self.batch.items().get(at) else { break };
-                let hit = work.sight.closest(self.batch.items(), at).map_err(RenderError::Trace)?;
-                self.shade(&mut work, &ray, hit.as_ref(), &mut rays)?;
+                let found = work.sight.closest(self.batch.items(), at, through);
+                found.map_err(RenderError::Trace)?;
+                let Some(ray) = self.batch.items().get(at) else { break };
+                let pixel = ray.pixel();
+                let (light, point) = work.sight.arrive(&job.shader, ray, at);
+                if let Some(sum) = self.sums.get_mut(usize::from(pixel)) {
+                    sum.add(light);
+                }
+                // (What is not moved need not be copied: points and bundles are large.)
+                if let Some(point) = &point {
+                    self.go_on(&mut work, point, pixel, &mut rays)?;
+                }
             }
         }
         if work.next.is_some() || self.waiting.len() > 0 {
@@ -201,29 +210,24 @@ impl<'a> Renderer<'a> {
         }
     }
 
-    /// Adds what a ray brings, and queues what it causes.
-    fn shade<T: Tracer, S: BlockSource>(
+    /// Queues what a point sends.
+    fn go_on<T: Tracer, S: BlockSource>(
         &mut self,
         work: &mut Work<'_, '_, T, S>,
-        ray: &PathRay,
-        hit: Option<&Hit>,
+        point: &Point,
+        pixel: u16,
         rays: &mut ShadowRays,
     ) -> Result<(), RenderError<S::Error>> {
-        let (light, point) = work.job.shader.arrive(&ray.path(), &ray.ray(), hit);
-        if let Some(sum) = self.sums.get_mut(usize::from(ray.pixel())) {
-            sum.add(light);
-        }
-        let Some(point) = point else { return Ok(()) };
         #[cfg(feature = "specular")]
         if work.splits {
-            for child in work.job.shader.children(&point, work.counts).into_iter().flatten() {
+            for child in work.job.shader.children(point, work.counts).into_iter().flatten() {
                 work.counts.specular = work.counts.specular.saturating_add(1);
-                if !self.waiting.push(PathRay::new(&child.ray, &child.path, ray.pixel())) {
+                if !self.waiting.push(PathRay::new(&child.ray, &child.path, pixel)) {
                     return Err(RenderError::Plan);
                 }
             }
         }
-        self.ask_lights(work, &point, ray.pixel(), rays)
+        self.ask_lights(work, point, pixel, rays)
     }
 
     /// Queues the shadow rays of a point, which are made in `rays`.
@@ -237,10 +241,10 @@ impl<'a> Renderer<'a> {
         let shader = work.job.shader;
         let tracer = work.sight.tracer();
         let mut direct = shader.direct(tracer, point, &mut work.memo);
-        while let Some(mut bundle) =
-            shader.next_bundle(tracer, point, &mut direct, &work.memo, work.counts)
+        while let Some(bundle) =
+            &mut shader.next_bundle(tracer, point, &mut direct, &work.memo, work.counts)
         {
-            if let Some(whole) = work.sight.whole(&shader, point, &bundle) {
+            if let Some(whole) = work.sight.whole(&shader, point, bundle) {
                 if let Some(sum) = self.sums.get_mut(usize::from(pixel)) {
                     sum.add(whole);
                 }
@@ -250,16 +254,16 @@ impl<'a> Renderer<'a> {
             }
             #[cfg(feature = "bundles")]
             {
-                if work.few.are_in_the_way_of(&bundle) {
+                if work.few.are_in_the_way_of(bundle) {
                     self.make_few(work, rays)?;
                 }
-                if work.few.put(point, &bundle, pixel) {
+                if work.few.put(point, bundle, pixel) {
                     continue;
                 }
             }
             let mut j = 0;
             while j < bundle.len {
-                shader.shadow_rays(tracer, point, &mut bundle, j, rays);
+                shader.shadow_rays(tracer, point, bundle, j, rays);
                 let dark = &mut work.counts.shadow_dark;
                 *dark = dark.saturating_add(rays.dark().into());
                 for ray in rays.lit() {

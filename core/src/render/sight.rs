@@ -3,10 +3,9 @@ use super::alone::Alone as Rays;
 use super::clear::is_clear;
 use super::clearing::Clearings;
 #[cfg(feature = "bundles")]
-use super::neighbours::Neighbours as Rays;
+use super::together::Together as Rays;
 use super::trust::Trust;
 use crate::block::BlockSource;
-use crate::geometry::Hit;
 use crate::material::OpticalDepth;
 use crate::scene::{Light, Material};
 use crate::shade::{Bundle, PathRay, Point, Shader, Shadow, Sum};
@@ -70,13 +69,25 @@ impl<T: Tracer, S: BlockSource> Sight<T, S> {
         clearings.whole(shader, point, bundle, source, &mut 0)
     }
 
-    /// The closest hit of `rays[at]`, if `at` goes from 0 up by one.
+    /// Finds what `rays[at]` hits, if `at` goes from 0 up by one. If it is of a surface that rays may go through, `through` is set.
     pub(super) fn closest(
         &mut self,
         rays: &[PathRay],
         at: usize,
-    ) -> Result<Option<Hit>, TraceError<S::Error>> {
-        self.rays.closest(self.tracer, &mut self.source, rays, at)
+        through: bool,
+    ) -> Result<(), TraceError<S::Error>> {
+        self.rays.closest(self.tracer, &mut self.source, rays, at, through)
+    }
+
+    /// What the ray `rays[at]`, whose hit was found, brings: see [`Shader::arrive`].
+    #[cfg_attr(feature = "bundles", inline(always))]
+    pub(super) fn arrive(
+        &self,
+        shader: &Shader<'_>,
+        ray: &PathRay,
+        at: usize,
+    ) -> (Sum, Option<Point>) {
+        self.rays.arrive(shader, ray, at)
     }
 
     /// What is left of the light along the shadow ray `rays[at]`, if `at` goes from 0 up by one. Without `materials` all that it meets stops it.

@@ -1,11 +1,11 @@
 use super::deal::Deal;
-use super::shadows::{FEW, Put};
+use super::shadows::FEW;
 use super::{Bundle, Point, ShadowRay, ShadowRays};
 use crate::geometry::Ray;
 use crate::light::Lamps;
 use crate::material::lambert;
 use crate::random::points_of;
-use crate::real::{LANES, Mask, Real, Vector};
+use crate::real::{LANES, Mask, Real, Row, Rows, set};
 use crate::trace::{Kernel, Lanes, Tracer};
 use glam::Vec3;
 
@@ -36,10 +36,6 @@ pub struct FewRays {
     len: usize,
 }
 
-/// A number of each lane.
-type Row = [f32; LANES];
-type Rows = [Row; 3];
-
 /// Whose ray it is.
 #[derive(Debug, Clone, Copy)]
 struct Owner {
@@ -67,7 +63,7 @@ impl FewRays {
     /// None yet.
     #[must_use]
     pub const fn new() -> Self {
-        const ROWS: Rows = [[0.0; LANES]; 3];
+        const ROWS: Rows = Rows::NONE;
         const ROW: Row = [0.0; LANES];
         Self {
             from: ROWS,
@@ -120,23 +116,16 @@ impl FewRays {
         };
         for j in 0..bundle.len {
             let lane = self.len % LANES;
-            for (rows, v) in [
-                (&mut self.from, surface.position),
-                (&mut self.above, surface.above),
-                (&mut self.normal, surface.normal),
-                (&mut self.throughput, path.throughput),
-                (&mut self.diffuse, bsdf.diffuse),
-                (&mut self.position, lamp.position),
-                (&mut self.u, lamp.u),
-                (&mut self.v, lamp.v),
-                (&mut self.shining, lamp.normal),
-                (&mut self.radiance, bundle.aim.radiance()),
-            ] {
-                let [x, y, z] = rows;
-                set(x, lane, v.x);
-                set(y, lane, v.y);
-                set(z, lane, v.z);
-            }
+            self.from.set(lane, surface.position);
+            self.above.set(lane, surface.above);
+            self.normal.set(lane, surface.normal);
+            self.throughput.set(lane, path.throughput);
+            self.diffuse.set(lane, bsdf.diffuse);
+            self.position.set(lane, lamp.position);
+            self.u.set(lane, lamp.u);
+            self.v.set(lane, lamp.v);
+            self.shining.set(lane, lamp.normal);
+            self.radiance.set(lane, bundle.aim.radiance());
             set(&mut self.strength, lane, lamp.strength);
             set(&mut self.size, lane, lamp.size);
             set(&mut self.corners, lane, if lamp.is_triangle { 1.0 } else { 0.0 });
@@ -164,13 +153,6 @@ impl FewRays {
     }
 }
 
-#[inline(always)]
-fn set<T>(row: &mut [T; LANES], lane: usize, value: T) {
-    if let Some(place) = row.get_mut(lane) {
-        *place = value;
-    }
-}
-
 /// [`FewRays::make`].
 struct Few<'a> {
     few: &'a FewRays,
@@ -185,7 +167,7 @@ impl Kernel for Few<'_> {
         let mut deal = Deal::UNKNOWN;
         for first in (0..few.len).step_by(L::Real::COUNT) {
             let row = |row: &Row| lanes.read(row, first);
-            let rows = |[x, y, z]: &Rows| Vector { x: row(x), y: row(y), z: row(z) };
+            let rows = |rows: &Rows| rows.read(lanes, first);
             let lamps = Lamps {
                 from: rows(&few.from),
                 position: rows(&few.position),
@@ -207,8 +189,10 @@ impl Kernel for Few<'_> {
             let origin = rows(&few.above);
             let direction = sample.end.map_or(sample.direction, |end| end - origin);
             let is_lit = sample.is_lit.lanes();
-            let (light, origin) = (Put::down(light), Put::down(origin));
-            let direction = Put::down(direction);
+            let [mut lights, mut origins, mut directions] = [Rows::NONE; 3];
+            lights.put(0, light);
+            origins.put(0, origin);
+            directions.put(0, direction);
             for lane in 0..L::Real::COUNT.min(few.len.saturating_sub(first)) {
                 let at = first.wrapping_add(lane);
                 let owner = few.owners.get(at).unwrap_or(&Owner::NONE);
@@ -216,11 +200,11 @@ impl Kernel for Few<'_> {
                     deal = owner.deal;
                 }
                 let is_lit = is_lit >> lane & 1 != 0;
-                let light = if is_lit { deal.part(light.at(lane), owner.is_rest) } else { None };
+                let light = if is_lit { deal.part(lights.at(lane), owner.is_rest) } else { None };
                 rays.put(
                     at,
                     light.map(|light| {
-                        let (origin, direction) = (origin.at(lane), direction.at(lane));
+                        let (origin, direction) = (origins.at(lane), directions.at(lane));
                         ShadowRay { ray: Ray { origin, direction, t_min: 0.0, t_max: 1.0 }, light }
                     }),
                 );

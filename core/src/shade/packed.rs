@@ -86,6 +86,13 @@ impl PathRay {
         }
     }
 
+    /// Where the ray goes.
+    #[cfg(feature = "bundles")]
+    #[inline(always)]
+    pub(crate) fn direction(&self) -> Vec3 {
+        self.direction.into()
+    }
+
     /// What it carries.
     #[must_use]
     pub fn path(&self) -> Path {

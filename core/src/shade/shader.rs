@@ -6,7 +6,7 @@ use crate::block::KiloView;
 use crate::elementary::exp2;
 use crate::geometry::{Hit, Ray};
 use crate::light::Aim;
-use crate::material::{Bsdf, Surface};
+use crate::material::{Anew, Bsdf, Surface, Surfacing};
 use crate::real::{Part, Real, Vector};
 #[cfg(feature = "many-lights")]
 use crate::scene::LightNode;
@@ -142,6 +142,18 @@ impl<'a> Shader<'a> {
     #[must_use]
     #[cfg_attr(feature = "bundles", inline(always))]
     pub fn arrive(&self, path: &Path, ray: &Ray, hit: Option<&Hit>) -> (Sum, Option<Point>) {
+        self.arrive_at(path, ray, hit, Anew)
+    }
+
+    /// The same of surfaces that come from there.
+    #[cfg_attr(feature = "bundles", inline(always))]
+    pub(crate) fn arrive_at(
+        &self,
+        path: &Path,
+        ray: &Ray,
+        hit: Option<&Hit>,
+        surfaces: impl Surfacing,
+    ) -> (Sum, Option<Point>) {
         let Some(hit) = hit else { return (self.escaped(path, ray), None) };
         let Some(material) = self.tables.materials.get(usize::from(hit.material)) else {
             return (Sum::ZERO, None);
@@ -149,7 +161,7 @@ impl<'a> Shader<'a> {
         let kind = MaterialKind::from_u32(material.kind);
         let solid = matches!(kind, Some(MaterialKind::Light | MaterialKind::Mirror))
             || kind == Some(MaterialKind::Opaque) && material.transmit == [0.0; 3];
-        let surface = Surface::new(ray, hit, !solid);
+        let surface = surfaces.surface(ray, hit, !solid);
         // A path that meets a dielectric from inside has come through it, whether it knows or not.
         let inside = kind == Some(MaterialKind::Dielectric) && !surface.front;
         let medium = if inside && path.medium == Path::AIR { hit.material } else { path.medium };

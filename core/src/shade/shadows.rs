@@ -3,7 +3,7 @@ use super::{Bundle, Point, Settings, Shader};
 use crate::geometry::Ray;
 use crate::light::Sample;
 use crate::random::{Purpose, Sequence};
-use crate::real::{LANES, Mask, Part, Real, Vector};
+use crate::real::{LANES, Mask, Part, Real, Rows, Vector};
 use crate::trace::{Kernel, Lanes, Tracer};
 use glam::Vec3;
 
@@ -258,38 +258,20 @@ impl Kernel for Together<'_, '_> {
             let place = sequence.points(lanes.count_from(index));
             let made = shader.made::<L::Real>(point, bundle, place);
             let is_lit = made.is_lit.lanes();
-            let (origin, direction) = (Put::down(made.origin), Put::down(made.direction));
-            let light = Put::down(made.light);
+            let [mut origins, mut directions, mut lights] = [Rows::NONE; 3];
+            origins.put(0, made.origin);
+            directions.put(0, made.direction);
+            lights.put(0, made.light);
             for lane in 0..L::Real::COUNT.min(len - first) {
-                let light = bundle.take(j, is_lit >> lane & 1 != 0, light.at(lane));
+                let light = bundle.take(j, is_lit >> lane & 1 != 0, lights.at(lane));
                 j = j.wrapping_add(1);
                 let ray = light.map(|light| {
-                    let (origin, direction) = (origin.at(lane), direction.at(lane));
+                    let (origin, direction) = (origins.at(lane), directions.at(lane));
                     let ray = Ray { origin, direction, t_min: 0.0, t_max: made.t_max };
                     ShadowRay { ray, light }
                 });
                 rays.put(first + lane, ray);
             }
         }
-    }
-}
-
-/// Vectors, put down lane by lane.
-pub(super) struct Put([[f32; LANES]; 3]);
-
-impl Put {
-    #[inline(always)]
-    pub(super) fn down<R: Real>(v: Vector<R>) -> Self {
-        let mut to = [[0.0; LANES]; 3];
-        let [x, y, z] = &mut to;
-        v.x.store(x);
-        v.y.store(y);
-        v.z.store(z);
-        Self(to)
-    }
-
-    #[inline(always)]
-    pub(super) fn at(&self, lane: usize) -> Vec3 {
-        Vec3::from(self.0.map(|axis| axis.get(lane % LANES).copied().unwrap_or(0.0)))
     }
 }

@@ -2,7 +2,7 @@
 
 use core::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Neg, Not, Shl, Shr, Sub};
 
-use kiloray_core::real::{Bits, LANES, Mask, Real};
+use kiloray_core::real::{Bits, Double, LANES, Mask, Number, Real};
 
 use super::boxes::each;
 
@@ -66,9 +66,27 @@ impl<T: Copy + Default + Neg<Output = T>> Neg for Each<T> {
     }
 }
 
+impl<T: Copy + Default + Number> Number for Each<T> {
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        self.map(T::sqrt)
+    }
+
+    #[inline(always)]
+    fn abs(self) -> Self {
+        self.map(T::abs)
+    }
+
+    #[inline(always)]
+    fn greater(self, other: Self) -> Self {
+        self.with(other, T::greater)
+    }
+}
+
 impl Real for Each<f32> {
     type Mask = Each<bool>;
     type Bits = Each<u32>;
+    type Double = Each<f64>;
 
     const COUNT: usize = LANES;
 
@@ -78,23 +96,13 @@ impl Real for Each<f32> {
     }
 
     #[inline(always)]
-    fn sqrt(self) -> Self {
-        self.map(f32::sqrt)
-    }
-
-    #[inline(always)]
-    fn abs(self) -> Self {
-        self.map(f32::abs)
+    fn double(self) -> Each<f64> {
+        self.map(f64::from)
     }
 
     #[inline(always)]
     fn copysign(self, sign: Self) -> Self {
         self.with(sign, f32::copysign)
-    }
-
-    #[inline(always)]
-    fn greater(self, other: Self) -> Self {
-        self.with(other, Real::greater)
     }
 
     #[inline(always)]
@@ -133,6 +141,30 @@ impl Real for Each<f32> {
     }
 }
 
+impl Double for Each<f64> {
+    type Real = Each<f32>;
+
+    #[inline(always)]
+    fn same(self, x: f64) -> Self {
+        Self([x; LANES])
+    }
+
+    #[inline(always)]
+    fn above(self, other: Self) -> Each<bool> {
+        Each(each(|lane| self.0[lane] > other.0[lane]))
+    }
+
+    #[inline(always)]
+    fn single(self) -> Each<f32> {
+        self.map(Double::single)
+    }
+
+    #[inline(always)]
+    fn turned(self, by: Each<f32>) -> Self {
+        Self(each(|lane| self.0[lane].turned(by.0[lane])))
+    }
+}
+
 impl Bits for Each<u32> {
     type Real = Each<f32>;
     type Mask = Each<bool>;
@@ -160,6 +192,11 @@ impl Bits for Each<u32> {
     #[inline(always)]
     fn is_zero(self) -> Each<bool> {
         self.map(|x| x == 0)
+    }
+
+    #[inline(always)]
+    fn select(mask: Each<bool>, yes: Self, no: Self) -> Self {
+        Self(each(|lane| if mask.0[lane] { yes.0[lane] } else { no.0[lane] }))
     }
 
     #[inline(always)]

@@ -1,6 +1,6 @@
 //! Numbers in lanes are those of one sample.
 
-use kiloray_core::real::{Bits, LANES, Mask, Real};
+use kiloray_core::real::{Bits, Double, LANES, Mask, Number, Real};
 use kiloray_core::trace::Lanes;
 use proptest::prelude::*;
 
@@ -64,10 +64,10 @@ fn agree<L: Lanes>(
         ("/ c", wide / c, with_one(|a, b| a / b)),
         ("-a", -wide, single(|a, _| -a)),
         ("same", wide.same(c), with_one(|_, c| c)),
-        ("sqrt", wide.sqrt(), single(|a, _| Real::sqrt(a))),
-        ("abs", wide.abs(), single(|a, _| Real::abs(a))),
+        ("sqrt", wide.sqrt(), single(|a, _| Number::sqrt(a))),
+        ("abs", wide.abs(), single(|a, _| Number::abs(a))),
         ("copysign", wide.copysign(other), single(Real::copysign)),
-        ("greater", wide.greater(other), single(Real::greater)),
+        ("greater", wide.greater(other), single(Number::greater)),
         ("lesser", wide.lesser(other), single(Real::lesser)),
         ("complement", wide.complement(), single(|a, _| 1.0 - a)),
         ("at_least", wide.at_least(c), with_one(Real::at_least)),
@@ -83,6 +83,11 @@ fn agree<L: Lanes>(
             single(|a, b| if a > b { b } else { a }),
         ),
         ("of_bits", L::Real::of_bits(wide.bits()), single(|a, _| a)),
+        (
+            "bits",
+            L::Real::of_bits(Bits::select(wide.above(other), wide.bits(), other.bits())),
+            single(|a, b| if a > b { a } else { b }),
+        ),
     ];
     for (name, found, exact) in cases {
         prop_assert_eq!(stored(found).map(bits), exact.map(bits), "{}", name);
@@ -125,5 +130,60 @@ fn agree<L: Lanes>(
     let wide = eight(lanes_of, small.map(f32::to_bits));
     prop_assert_eq!(as_bits(wide.whole()), small.map(|x| x as i32 as u32));
     prop_assert_eq!(as_bits(wide.nearest()), small.map(|x| x.round() as i32 as u32));
+    Ok(())
+}
+
+proptest! {
+    #[test]
+    fn lanes_of_f64_do_what_single_numbers_do(a in numbers(), b in numbers(), near in 0_u32..9) {
+        of_all!(|lanes| doubles_agree(lanes, a, b, f64::from(near) * 1e-9)?);
+    }
+}
+
+/// Of numbers that f32 has, and of some next to them.
+fn doubles_agree<L: Lanes>(
+    lanes_of: L,
+    a: [u32; LANES],
+    b: [u32; LANES],
+    near: f64,
+) -> Result<(), TestCaseError> {
+    let (by, other) = (eight(lanes_of, a), eight(lanes_of, b));
+    let beside = |x: f64| x * (1.0 + near);
+    let wide = by.double() * by.double().same(1.0 + near);
+    let other = other.double();
+    let single = |f: fn(f64, f64) -> f64| -> [f32; LANES] {
+        core::array::from_fn(|i| {
+            let [a, b] = [a[i], b[i]].map(|x| f64::from(f32::from_bits(x)));
+            f(beside(a), b) as f32
+        })
+    };
+    let turned = core::array::from_fn(|i| {
+        let [a, b] = [a[i], b[i]].map(f32::from_bits);
+        Double::turned(f64::from(b), a) as f32
+    });
+    let rest: [f32; LANES] = core::array::from_fn(|i| {
+        let x = beside(f64::from(f32::from_bits(a[i])));
+        (x - f64::from(x as f32)) as f32
+    });
+    let cases = [
+        ("+", wide + other, single(|a, b| a + b)),
+        ("-", wide - other, single(|a, b| a - b)),
+        ("*", wide * other, single(|a, b| a * b)),
+        ("/", wide / other, single(|a, b| a / b)),
+        ("-a", -wide, single(|a, _| -a)),
+        ("sqrt", wide.sqrt(), single(|a, _| Number::sqrt(a))),
+        ("abs", wide.abs(), single(|a, _| Number::abs(a))),
+        ("greater", wide.greater(other), single(Number::greater)),
+        ("turned", other.turned(by), turned),
+        ("rest", wide - wide.single().double(), rest),
+    ];
+    for (name, found, exact) in cases {
+        prop_assert_eq!(stored(found.single()).map(bits), exact.map(bits), "{}", name);
+    }
+    let above = (0..LANES).fold(0, |lanes, i| {
+        let [a, b] = [a[i], b[i]].map(|x| f64::from(f32::from_bits(x)));
+        lanes | u32::from(beside(a) > b) << i
+    });
+    prop_assert_eq!(wide.above(other).lanes(), above);
     Ok(())
 }

@@ -6,11 +6,13 @@
 use core::arch::x86_64::*;
 use core::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Neg, Not, Shl, Shr, Sub};
 
-use kiloray_core::real::{Bits, LANES, Mask, Real};
+use kiloray_core::real::{Bits, LANES, Mask, Number, Real};
+
+use super::double::EightDouble;
 
 /// Eight f32. Whoever has one has [`Wide`](super::Wide) lanes, so the machine has AVX2: they are read and [counted](Whole::count_from) by such lanes, and made from one another.
 #[derive(Debug, Clone, Copy)]
-pub struct Eight(__m256);
+pub struct Eight(pub(super) __m256);
 
 /// Eight whole numbers.
 #[derive(Debug, Clone, Copy)]
@@ -18,7 +20,7 @@ pub struct Whole(__m256i);
 
 /// Eight answers: all bits of a lane, or none.
 #[derive(Debug, Clone, Copy)]
-pub struct Answers(__m256);
+pub struct Answers(pub(super) __m256);
 
 /// One expression of instructions: a value of AVX2 exists wherever it stands.
 macro_rules! avx2 {
@@ -27,6 +29,8 @@ macro_rules! avx2 {
         unsafe { $e }
     };
 }
+
+pub(super) use avx2;
 
 macro_rules! operators {
     ($type:ident, $operand:ty, $($trait:ident $method:ident |$a:ident, $b:ident| $e:expr;)*) => {
@@ -91,17 +95,7 @@ impl Neg for Eight {
     }
 }
 
-impl Real for Eight {
-    type Mask = Answers;
-    type Bits = Whole;
-
-    const COUNT: usize = LANES;
-
-    #[inline(always)]
-    fn same(self, x: f32) -> Self {
-        Self(avx2!(_mm256_set1_ps(x)))
-    }
-
+impl Number for Eight {
     #[inline(always)]
     fn sqrt(self) -> Self {
         Self(avx2!(_mm256_sqrt_ps(self.0)))
@@ -113,14 +107,32 @@ impl Real for Eight {
     }
 
     #[inline(always)]
-    fn copysign(self, sign: Self) -> Self {
-        let bit = avx2!(_mm256_set1_ps(-0.0));
-        Self(avx2!(_mm256_or_ps(_mm256_andnot_ps(bit, self.0), _mm256_and_ps(bit, sign.0))))
+    fn greater(self, other: Self) -> Self {
+        Self(avx2!(_mm256_max_ps(self.0, other.0)))
+    }
+}
+
+impl Real for Eight {
+    type Mask = Answers;
+    type Bits = Whole;
+    type Double = EightDouble;
+
+    const COUNT: usize = LANES;
+
+    #[inline(always)]
+    fn same(self, x: f32) -> Self {
+        Self(avx2!(_mm256_set1_ps(x)))
     }
 
     #[inline(always)]
-    fn greater(self, other: Self) -> Self {
-        Self(avx2!(_mm256_max_ps(self.0, other.0)))
+    fn double(self) -> EightDouble {
+        EightDouble::of(self.0)
+    }
+
+    #[inline(always)]
+    fn copysign(self, sign: Self) -> Self {
+        let bit = avx2!(_mm256_set1_ps(-0.0));
+        Self(avx2!(_mm256_or_ps(_mm256_andnot_ps(bit, self.0), _mm256_and_ps(bit, sign.0))))
     }
 
     #[inline(always)]
@@ -234,6 +246,12 @@ impl Bits for Whole {
     fn is_zero(self) -> Answers {
         let zero = avx2!(_mm256_cmpeq_epi32(self.0, _mm256_setzero_si256()));
         Answers(avx2!(_mm256_castsi256_ps(zero)))
+    }
+
+    #[inline(always)]
+    fn select(mask: Answers, yes: Self, no: Self) -> Self {
+        let mask = avx2!(_mm256_castps_si256(mask.0));
+        Self(avx2!(_mm256_blendv_epi8(no.0, yes.0, mask)))
     }
 
     #[inline(always)]

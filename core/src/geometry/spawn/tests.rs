@@ -1,3 +1,4 @@
+use super::base::round_towards;
 use super::*;
 use crate::geometry::Hit;
 
@@ -151,7 +152,7 @@ fn a_shadow_ray_hits_neither_its_surface_nor_the_light() {
         let [l0, l1, l2] = light.map(Vec3::as_dvec3);
         let plane = (l1 - l0).cross(l2 - l0).normalize_or_zero();
         let off = (l0 - point.position.as_dvec3()).dot(plane);
-        let distance = off.abs().min(way.dot(point.unit).abs());
+        let distance = off.abs().min(way.dot(point.base.unit.into()).abs());
         let magnitude = corner.abs().max_element() + light_size + away;
         // A direction, here the way to the light, has a range: `PreparedRay::DIRECTION_MIN`.
         if away < 1e-18
@@ -199,7 +200,7 @@ fn a_ray_from_a_sphere_hits_only_its_far_side() {
         let Some(t) = PreparedRay::new(&ray).sphere(center, radius) else { continue };
         let primitive = Primitive::Sphere { center, radius, inward: n.pick(2) == 0 };
         let point = Hit { t, b1: 0.0, b2: 0.0, material: 0, primitive, block: 0 }.surface(&ray);
-        let outward = (point.exact - center.as_dvec3()).normalize();
+        let outward = (DVec3::from(point.base.exact) - center.as_dvec3()).normalize();
         for _ in 0..24 {
             let tangent = outward.as_vec3().cross(n.direction()).normalize_or(Vec3::X);
             let direction = match n.pick(3) {
@@ -211,7 +212,8 @@ fn a_ray_from_a_sphere_hits_only_its_far_side() {
             let d = direction.as_dvec3();
             let again = PreparedRay::new(&out).sphere(center, radius);
             let cos = d.dot(outward) / d.length();
-            let outwards = if cos == 0.0 { point.unit.dot(outward) > 0.0 } else { cos > 0.0 };
+            let outwards =
+                if cos == 0.0 { outward.dot(point.base.unit.into()) > 0.0 } else { cos > 0.0 };
             if outwards {
                 outside += 1;
                 assert_eq!(again, None, "seed {seed}: {center} {radius} {out:?}");
@@ -219,7 +221,8 @@ fn a_ray_from_a_sphere_hits_only_its_far_side() {
                 inside += 1;
                 // The chord, give or take what f32 rounding along the surface changes.
                 let chord = -2.0 * f64::from(radius) * cos / d.length();
-                let slack = f64::from(radius) * 2e-5 + 4.0 * ULP * point.exact.abs().max_element();
+                let slack =
+                    f64::from(radius) * 2e-5 + 4.0 * ULP * point.base.exact.abs().greatest();
                 let t = f64::from(again.unwrap_or_else(|| panic!("seed {seed}: {out:?}")));
                 let root = (slack * f64::from(radius)).sqrt() + slack;
                 assert!((t - chord).abs() <= root, "seed {seed}: {t} {chord} {root}");
