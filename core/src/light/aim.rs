@@ -2,6 +2,9 @@ use super::distant::Cap;
 use super::flat::Flat;
 #[cfg(feature = "bundles")]
 use super::lamp::Lamp;
+#[cfg(feature = "bundles")]
+use super::plane::Glance;
+use super::plane::Plane;
 use super::sphere::Ball;
 use crate::geometry::rounding::UNIT_ROUNDOFF;
 use crate::material::Surface;
@@ -113,8 +116,9 @@ impl Aim {
         let (u, v) = (Vec3::from(light.u), Vec3::from(light.v));
         let (shape, center, radius) = match kind {
             LightKind::Parallelogram | LightKind::Triangle | LightKind::Disc => {
-                let flat = Flat::new(kind, position, u, v, from)?;
-                (Shape::Flat(flat), flat.center, flat.radius)
+                let plane = Plane::new(kind, position, u, v).ok_or(Dark::Void)?;
+                let glance = plane.glance(from.into(), surface.normal.into());
+                (Shape::Flat(Flat::new(plane, &glance)?), plane.center, plane.radius)
             }
             LightKind::Sphere => (Shape::Ball(Ball::new(position, u.x, from)?), position, u.x),
             LightKind::Point | LightKind::Spot => (Shape::Point(position), position, 0.0),
@@ -134,16 +138,51 @@ impl Aim {
                 });
             }
         };
-        let (cone, cone_cos) =
-            if kind == LightKind::Spot { (u, v.x) } else { (light.cone.into(), light.cone_cos) };
         let to = center - from;
-        let distance = libm::sqrtf(to.dot(to));
+        let seen = [libm::sqrtf(to.dot(to)), to.dot(surface.normal), radius];
+        Self::finite(light, shape, to, seen, surface.position, answers)
+    }
+
+    /// A flat light in the table, of which what follows from the place and the normal of the surface is known.
+    ///
+    /// # Errors
+    /// As of [`Aim::new`].
+    #[cfg(feature = "bundles")]
+    #[inline(always)]
+    pub(crate) fn known(
+        light: &Light,
+        plane: &Plane,
+        (glance, projected): &(Glance<f32>, Option<f32>),
+        from: Vec3,
+        answers: [bool; 2],
+    ) -> Result<Self, Dark> {
+        let flat = Flat::new(*plane, glance)?.with_projected(*projected);
+        let seen = [glance.distance, glance.above, plane.radius];
+        Self::finite(light, Shape::Flat(flat), plane.center - from, seen, from, answers)
+    }
+
+    /// A light at a distance, its centre at this height above the surface, in a sphere of this radius.
+    #[inline(always)]
+    fn finite(
+        light: &Light,
+        shape: Shape,
+        to: Vec3,
+        [distance, above, radius]: [f32; 3],
+        from: Vec3,
+        answers: [bool; 2],
+    ) -> Result<Self, Dark> {
+        let radiance = Vec3::from(light.radiance);
+        let is_spot = light.kind == LightKind::Spot as u32;
+        let (cone, cone_cos) = if is_spot {
+            (light.u.into(), light.v[0])
+        } else {
+            (light.cone.into(), light.cone_cos)
+        };
         if distance > light.reach {
             return Err(Dark::OutOfReach);
         }
         // Heights of the light's ends above the surface, by its bounding sphere.
-        let height = to.dot(surface.normal);
-        if !takes(answers, height, radius, distance) {
+        if !takes(answers, above, radius, distance) {
             return Err(Dark::Below);
         }
         let (solid_angle, strength) = match &shape {
@@ -160,8 +199,8 @@ impl Aim {
                 (0.0, 1.0 / (distance * distance))
             }
         };
-        let cos = if distance > 0.0 { (height.abs() + radius) / distance } else { 1.0 };
-        let focus = light.focus;
+        let cos = if distance > 0.0 { (above.abs() + radius) / distance } else { 1.0 };
+        let (focus, brightest) = (light.focus, radiance.max_element());
         let estimate = brightest * strength * cos.min(1.0) * Light::focal_part(focus, distance);
         if estimate.is_nan() || estimate <= 0.0 {
             return Err(Dark::Void);
@@ -185,7 +224,7 @@ impl Aim {
             _ if self.is_spot() => return None,
             Shape::Flat(flat) => {
                 let projected = flat.projected(tracer, self.from, normal)?;
-                (projected, flat.center, flat.radius, flat.nearest, flat.greatest())
+                (projected, flat.plane.center, flat.plane.radius, flat.nearest, flat.greatest())
             }
             Shape::Ball(ball) => {
                 let projected = ball.projected(normal)?;
@@ -220,8 +259,8 @@ impl Aim {
                 (
                     found.direction,
                     found.distance,
-                    Vector::same(like, flat.normal),
-                    flat.size,
+                    Vector::same(like, flat.plane.normal),
+                    flat.plane.size,
                     found.inverse,
                     found.density,
                     found.is_there,

@@ -1,40 +1,32 @@
-use super::aim::{Aim, Dark};
+use super::Dark;
 use super::ellipse::Ellipse;
 #[cfg(feature = "bundles")]
 use super::lamp::Lamp;
+use super::plane::{Glance, Plane, plane};
 use super::projected::Polygon;
 use super::rectangle::Rectangle;
 use super::triangle::SphericalTriangle;
 use crate::elementary::sin_cos_of_turns;
 use crate::real::{Part, Real, Vector};
-use crate::scene::{Light, LightKind};
+use crate::scene::LightKind;
 use crate::trace::Tracer;
-use core::f32::consts::PI;
 use glam::Vec3;
 
 /// A parallelogram, triangle or disc in front of a point.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Flat {
-    kind: LightKind,
-    position: Vec3,
-    u: Vec3,
-    v: Vec3,
-    pub(super) center: Vec3,
-    /// Unit, on the side that shines.
-    pub(super) normal: Vec3,
-    area: f32,
+    pub(super) plane: Plane,
     /// Distance of the point from the plane; above zero.
     height: f32,
-    /// Of the sphere round `center` that holds it.
-    pub(super) radius: f32,
     /// No point of it is nearer.
     pub(super) nearest: f32,
-    /// The sum of all lengths that rounding depends on.
-    pub(super) size: f32,
     /// Roughly, and never more than 2π.
     pub(super) solid_angle: f32,
     looks_large: bool,
     near: Near,
+    /// See [`Flat::projected`], if it is known already.
+    #[cfg(feature = "bundles")]
+    known: Option<Option<f32>>,
 }
 
 /// How it is sampled by solid angle, where it looks large.
@@ -64,65 +56,46 @@ pub(super) struct Found<R: Real> {
 const NEAR: f32 = 0.2;
 
 impl Flat {
-    #[cfg_attr(feature = "bundles", inline(always))]
-    pub(super) fn new(
-        kind: LightKind,
-        position: Vec3,
-        u: Vec3,
-        v: Vec3,
-        from: Vec3,
-    ) -> Result<Self, Dark> {
-        let (normal, area) = plane(kind, u, v).ok_or(Dark::Void)?;
-        let height = (from - position).dot(normal);
+    /// In front of a point, if it is.
+    #[inline(always)]
+    pub(super) fn new(plane: Plane, glance: &Glance<f32>) -> Result<Self, Dark> {
+        let &Glance { height, nearest, solid_angle, square, .. } = glance;
         if height.is_nan() || height <= 0.0 {
             return Err(Dark::FacesAway);
         }
-        let center = Aim::center(&Light { kind: kind as u32, ..shape(position, u, v) });
-        let (a, b) = (libm::sqrtf(u.dot(u)), libm::sqrtf(v.dot(v)));
-        let to = center - from;
-        let square = to.dot(to);
-        let distance = libm::sqrtf(square);
-        let radius = match kind {
-            LightKind::Parallelogram => 0.5 * (a + b),
-            LightKind::Triangle => a.max(b),
-            _ => a,
-        };
-        // As from a disc of this area at the distance of the nearest edge, but no nearer than its height.
-        let nearest = (distance - radius).max(height);
-        let cos = ((height + radius) / distance).min(1.0);
-        let solid_angle = (area * cos / (nearest * nearest).max(square * 0.25)).min(2.0 * PI);
-        let size = position.abs().max_element() + a + b;
         Ok(Self {
-            kind,
-            position,
-            u,
-            v,
-            center,
-            normal,
-            area,
+            plane,
             height,
-            radius,
             nearest,
-            size,
             solid_angle,
-            looks_large: area > NEAR * square,
+            looks_large: plane.area > NEAR * square,
             near: Near::No,
+            #[cfg(feature = "bundles")]
+            known: None,
         })
     }
 
+    /// The same, of which [`projected`](Self::projected) is known.
+    #[cfg(feature = "bundles")]
+    #[inline(always)]
+    pub(super) const fn with_projected(self, projected: Option<f32>) -> Self {
+        Self { known: Some(projected), ..self }
+    }
+
     /// Chooses how it is sampled; costly where it looks large.
+    #[cfg_attr(not(feature = "bundles"), inline(never))]
     pub(super) fn prepare(&mut self, from: Vec3) {
         if !self.looks_large {
             return;
         }
-        let (position, u, v) = (self.position, self.u, self.v);
+        let Plane { kind, position, u, v, normal, .. } = self.plane;
         let corner = position - from;
         let square = u.dot(u) * v.dot(v);
-        let near = match self.kind {
+        let near = match kind {
             LightKind::Parallelogram if u.dot(v) * u.dot(v) <= 1e-10 * square => {
                 Rectangle::new(corner, u, v).map(Near::Rectangle)
             }
-            LightKind::Disc => Ellipse::new(corner, self.normal, u).map(Near::Disc),
+            LightKind::Disc => Ellipse::new(corner, normal, u).map(Near::Disc),
             LightKind::Triangle => {
                 SphericalTriangle::new(corner, corner + u, corner + v).map(Near::Triangle)
             }
@@ -136,7 +109,7 @@ impl Flat {
     pub(super) fn sample<R: Real>(&self, from: Vec3, numbers: [R; 2]) -> Found<R> {
         let [like, _] = numbers;
         let (to, inverse) = match &self.near {
-            Near::No => (self.on_shape(numbers) + self.position - from, None),
+            Near::No => (self.on_shape(numbers) + self.plane.position - from, None),
             Near::Rectangle(rectangle) => {
                 (rectangle.sample(numbers), Some(like.same(rectangle.solid_angle)))
             }
@@ -148,21 +121,21 @@ impl Flat {
                 (self.along(triangle.sample(numbers)), Some(like.same(triangle.solid_angle)))
             }
         };
-        Found::by_area(to, like.same(self.area * self.height), inverse)
+        Found::by_area(to, like.same(self.plane.area * self.height), inverse)
     }
 
     /// As one of many, if it is.
     #[cfg(feature = "bundles")]
     pub(super) fn lamp(&self) -> Option<Lamp> {
-        let &Self { kind, position, u, v, normal, area, height, size, ref near, .. } = self;
-        let is_plain = matches!(near, Near::No) && kind != LightKind::Disc;
+        let Plane { kind, position, u, v, normal, area, size, .. } = self.plane;
+        let is_plain = matches!(self.near, Near::No) && kind != LightKind::Disc;
         let is_triangle = kind == LightKind::Triangle;
         is_plain.then_some(Lamp {
             position,
             u,
             v,
             normal,
-            strength: area * height,
+            strength: area * self.height,
             size,
             is_triangle,
         })
@@ -170,19 +143,19 @@ impl Flat {
 
     /// The integral of the cosine over all of it, if it is wholly above the surface and has corners.
     pub(super) fn projected<T: Tracer>(&self, tracer: T, from: Vec3, normal: Vec3) -> Option<f32> {
-        let Self { u, v, height, .. } = *self;
-        if self.kind == LightKind::Disc {
-            return None;
+        #[cfg(feature = "bundles")]
+        if let Some(known) = self.known {
+            return known;
         }
-        let is_triangle = self.kind == LightKind::Triangle;
-        let polygon = Polygon { first: self.position - from, u, v, is_triangle, height };
-        polygon.projected(tracer, normal)
+        Polygon::of(&self.plane)?.projected(tracer, from, normal, self.height)
     }
 
     /// One over the density of its samples is no greater \[sr\].
     pub(super) fn greatest(&self) -> f32 {
         match &self.near {
-            Near::No => self.area * self.height / (self.nearest * self.nearest * self.nearest),
+            Near::No => {
+                self.plane.area * self.height / (self.nearest * self.nearest * self.nearest)
+            }
             Near::Rectangle(rectangle) => rectangle.solid_angle,
             Near::Triangle(triangle) => triangle.solid_angle,
             Near::Disc(_) => f32::INFINITY,
@@ -192,7 +165,7 @@ impl Flat {
     /// The vector to the plane in a unit direction; without end where there is none.
     #[inline(always)]
     fn along<R: Real>(&self, direction: Vector<R>) -> Vector<R> {
-        let cos = -direction.on(self.normal);
+        let cos = -direction.on(self.plane.normal);
         direction * (cos.same(self.height) / cos.at_least(0.0))
     }
 
@@ -210,12 +183,12 @@ impl Flat {
 
     #[inline(always)]
     fn on_shape<R: Real>(&self, [a, b]: [R; 2]) -> Vector<R> {
-        let (x, y) = match self.kind {
+        let (x, y) = match self.plane.kind {
             LightKind::Triangle => corner([a, b]),
             LightKind::Disc => concentric(a, b),
             _ => (a, b),
         };
-        Vector::along(self.u, x) + Vector::along(self.v, y)
+        Vector::along(self.plane.u, x) + Vector::along(self.plane.v, y)
     }
 }
 
@@ -242,22 +215,6 @@ impl<R: Real> Found<R> {
 pub(super) fn corner<R: Real>([a, b]: [R; 2]) -> (R, R) {
     let root = a.sqrt();
     (root * b.complement(), root * b)
-}
-
-/// Unit normal and area.
-fn plane(kind: LightKind, u: Vec3, v: Vec3) -> Option<(Vec3, f32)> {
-    let n = u.cross(v);
-    let len = libm::sqrtf(n.dot(n));
-    let area = match kind {
-        LightKind::Triangle => 0.5 * len,
-        LightKind::Disc => PI * len,
-        _ => len,
-    };
-    (len > 0.0 && len.is_finite()).then(|| (n / len, area))
-}
-
-fn shape(position: Vec3, u: Vec3, v: Vec3) -> Light {
-    Light { position: position.into(), u: u.into(), v: v.into(), ..bytemuck::Zeroable::zeroed() }
 }
 
 /// The map of Shirley & Chiu 1997 from the unit square to the unit disc.

@@ -25,6 +25,7 @@ mod flat;
 #[cfg(feature = "bundles")]
 mod lamp;
 mod locate;
+mod plane;
 mod projected;
 mod rectangle;
 mod sphere;
@@ -37,3 +38,5 @@ pub(crate) use far::{Far, FarRows};
 pub(crate) use far::{Look, Seen};
 #[cfg(feature = "bundles")]
 pub(crate) use lamp::Lamps;
+#[cfg(feature = "bundles")]
+pub(crate) use plane::{Glance, GlanceRows, Plane};

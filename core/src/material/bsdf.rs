@@ -155,6 +155,7 @@ impl Bsdf {
 
     /// Whether light from the surface's own side, and from behind, can matter to light sampling.
     #[must_use]
+    #[cfg_attr(not(feature = "bundles"), inline(never))]
     pub fn answers(&self) -> [bool; 2] {
         let (front, back) = (self.diffuse, self.through);
         #[cfg(feature = "specular")]

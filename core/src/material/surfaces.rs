@@ -1,6 +1,6 @@
 use super::surface::{Facing, Surface, Surfacing};
 use crate::geometry::{Base, Hit, Primitive, Ray};
-use crate::real::{self, LANES, Mask, Real, Row, Rows};
+use crate::real::{self, LANES, Mask, Real, Row, Rows, Vector};
 use crate::trace::{Kernel, Lanes, Tracer};
 use glam::Vec3;
 
@@ -48,9 +48,31 @@ impl Surfaces {
         tracer.compute(Make { surfaces: self, rays });
     }
 
+    /// Places and normals from lane `first` on.
+    #[inline(always)]
+    pub(crate) fn places<L: Lanes>(
+        &self,
+        lanes: L,
+        first: usize,
+    ) -> (Vector<L::Real>, Vector<L::Real>) {
+        (self.position.read(lanes, first), self.normal.read(lanes, first))
+    }
+
+    /// Whether there is none.
+    #[inline(always)]
+    pub(crate) const fn is_empty(&self) -> bool {
+        self.made == 0
+    }
+
+    /// Whether that of a ray is among them.
+    #[inline(always)]
+    pub(crate) const fn is_made(&self, lane: usize) -> bool {
+        self.made >> lane & 1 != 0
+    }
+
     #[inline(always)]
     fn has(&self, lane: usize, through: bool) -> bool {
-        self.made >> lane & 1 != 0 && (self.through || !through)
+        self.is_made(lane) && (self.through || !through)
     }
 
     #[inline(always)]
@@ -86,6 +108,9 @@ impl Surfacing for Made<'_> {
     }
 }
 
+/// Lanes that are emptier than this cost more than they save.
+const FULL: u32 = LANES as u32 / 2;
+
 /// [`Surfaces::make`].
 struct Make<'s, I> {
     surfaces: &'s mut Surfaces,
@@ -98,7 +123,7 @@ impl<'a, I: Iterator<Item = (Vec3, &'a Option<Hit>)>> Kernel for Make<'_, I> {
         let Self { surfaces: to, rays } = self;
         let [mut v0, mut v1, mut v2, mut direction] = [Rows::NONE; 4];
         let [mut b1, mut b2, mut t] = [[0.0; LANES]; 3];
-        let mut triangles = 0;
+        let mut triangles = 0_u32;
         for (lane, (towards, hit)) in rays.take(LANES).enumerate() {
             let Some(hit) = hit else { continue };
             let Primitive::Triangle { vertices: [a, b, c], .. } = hit.primitive else { continue };
@@ -110,6 +135,10 @@ impl<'a, I: Iterator<Item = (Vec3, &'a Option<Hit>)>> Kernel for Make<'_, I> {
             real::set(&mut b1, lane, hit.b1);
             real::set(&mut b2, lane, hit.b2);
             real::set(&mut t, lane, hit.t);
+        }
+        to.made = 0;
+        if triangles.count_ones() < FULL {
+            return;
         }
         let mut found = 0;
         for first in (0..LANES).step_by(L::Real::COUNT) {

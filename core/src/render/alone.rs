@@ -2,7 +2,7 @@ use crate::block::BlockSource;
 use crate::geometry::Hit;
 use crate::material::OpticalDepth;
 use crate::scene::Material;
-use crate::shade::{PathRay, Point, Shader, Shadow, Sum};
+use crate::shade::{Memo, PathRay, Point, Shader, Shadow, Sum};
 use crate::trace::{Cursor, TraceError, Tracer};
 
 /// Rays that are traced one by one, as `Neighbours` traces them together.
@@ -25,7 +25,7 @@ impl Alone {
         source: &mut S,
         rays: &[PathRay],
         at: usize,
-        _through: bool,
+        _: &Shader<'_>,
     ) -> Result<(), TraceError<S::Error>> {
         let Some(ray) = rays.get(at) else { return Ok(()) };
         self.hit = tracer.closest(&mut self.cursor, source, &ray.ray())?;
@@ -37,7 +37,8 @@ impl Alone {
         &self,
         shader: &Shader<'_>,
         packed: &PathRay,
-        _at: usize,
+        _: usize,
+        _: &mut Memo,
     ) -> (Sum, Option<Point>) {
         shader.arrive(&packed.path(), &packed.ray(), self.hit.as_ref())
     }

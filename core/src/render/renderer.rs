@@ -116,22 +116,23 @@ impl<'a> Renderer<'a> {
             memo: Memo::new(),
         };
         let mut rays = ShadowRays::NONE;
-        let through = job.shader.tables().needs.any(Needs::SPECULAR | Needs::TRANSPARENT);
         while self.fill_batch(&mut work) {
             if job.cancel.is_some_and(|cancel| cancel.load(Ordering::Relaxed)) {
                 return Err(RenderError::Cancelled);
             }
             for at in 0..self.batch.len() {
-                let found = work.sight.closest(self.batch.items(), at, through);
+                let found = work.sight.closest(self.batch.items(), at, &job.shader);
                 found.map_err(RenderError::Trace)?;
                 let Some(ray) = self.batch.items().get(at) else { break };
                 let pixel = ray.pixel();
-                let (light, point) = work.sight.arrive(&job.shader, ray, at);
-                if let Some(sum) = self.sums.get_mut(usize::from(pixel)) {
-                    sum.add(light);
-                }
                 // (What is not moved need not be copied: points and bundles are large.)
-                if let Some(point) = &point {
+                let (light, point) = &work.sight.arrive(&job.shader, ray, at, &mut work.memo);
+                if *light != Sum::ZERO
+                    && let Some(sum) = self.sums.get_mut(usize::from(pixel))
+                {
+                    sum.add(*light);
+                }
+                if let Some(point) = point {
                     self.go_on(&mut work, point, pixel, &mut rays)?;
                 }
             }

@@ -8,7 +8,7 @@ use super::trust::Trust;
 use crate::block::BlockSource;
 use crate::material::OpticalDepth;
 use crate::scene::{Light, Material};
-use crate::shade::{Bundle, PathRay, Point, Shader, Shadow, Sum};
+use crate::shade::{Bundle, Memo, PathRay, Point, Shader, Shadow, Sum};
 use crate::trace::{TraceError, Tracer};
 
 /// What rays see: a tracer, the blocks, and the state of a traversal.
@@ -69,14 +69,14 @@ impl<T: Tracer, S: BlockSource> Sight<T, S> {
         clearings.whole(shader, point, bundle, source, &mut 0)
     }
 
-    /// Finds what `rays[at]` hits, if `at` goes from 0 up by one. If it is of a surface that rays may go through, `through` is set.
+    /// Finds what `rays[at]` hits, if `at` goes from 0 up by one.
     pub(super) fn closest(
         &mut self,
         rays: &[PathRay],
         at: usize,
-        through: bool,
+        shader: &Shader<'_>,
     ) -> Result<(), TraceError<S::Error>> {
-        self.rays.closest(self.tracer, &mut self.source, rays, at, through)
+        self.rays.closest(self.tracer, &mut self.source, rays, at, shader)
     }
 
     /// What the ray `rays[at]`, whose hit was found, brings: see [`Shader::arrive`].
@@ -86,8 +86,9 @@ impl<T: Tracer, S: BlockSource> Sight<T, S> {
         shader: &Shader<'_>,
         ray: &PathRay,
         at: usize,
+        memo: &mut Memo,
     ) -> (Sum, Option<Point>) {
-        self.rays.arrive(shader, ray, at)
+        self.rays.arrive(shader, ray, at, memo)
     }
 
     /// What is left of the light along the shadow ray `rays[at]`, if `at` goes from 0 up by one. Without `materials` all that it meets stops it.

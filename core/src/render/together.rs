@@ -2,21 +2,29 @@ use super::neighbours::Neighbours;
 use crate::block::BlockSource;
 use crate::material::{Made, OpticalDepth, Surfaces};
 use crate::real::LANES;
-use crate::scene::Material;
-use crate::shade::{PathRay, Point, Shader, Shadow, Sum};
+use crate::scene::{Material, Needs};
+use crate::shade::{Glances, Memo, PathRay, Point, Shader, Shadow, Sum};
 use crate::trace::{BUNDLE, TraceError, Tracer};
 
 /// Rays that are traced a bundle at a time, and the surfaces that they hit.
 #[derive(Debug)]
 pub(super) struct Together {
     rays: Neighbours,
-    surfaces: [Surfaces; BUNDLE / LANES],
+    surfaces: [Surfaces; EIGHTS],
+    glances: [Glances; EIGHTS],
 }
+
+/// A bundle in parts that lanes do at once.
+const EIGHTS: usize = BUNDLE / LANES;
 
 impl Together {
     /// No ray is under way.
     pub(super) const fn new() -> Self {
-        Self { rays: Neighbours::new(), surfaces: [const { Surfaces::new() }; BUNDLE / LANES] }
+        Self {
+            rays: Neighbours::new(),
+            surfaces: [const { Surfaces::new() }; EIGHTS],
+            glances: [const { Glances::new() }; EIGHTS],
+        }
     }
 
     /// Finds what `rays[at]` hits, if `at` goes from 0 up by one.
@@ -27,7 +35,7 @@ impl Together {
         source: &mut S,
         rays: &[PathRay],
         at: usize,
-        through: bool,
+        shader: &Shader<'_>,
     ) -> Result<(), TraceError<S::Error>> {
         if !at.is_multiple_of(BUNDLE) {
             return Ok(());
@@ -35,9 +43,14 @@ impl Together {
         let next = rays.get(at..).unwrap_or_default();
         self.rays.trace(tracer, source, next.iter().map(PathRay::ray)).1?;
         let eights = next.chunks(LANES).zip(self.rays.hits().chunks(LANES));
-        for (surfaces, (rays, hits)) in self.surfaces.iter_mut().zip(eights) {
+        let through = shader.tables().needs.any(Needs::SPECULAR | Needs::TRANSPARENT);
+        let places = self.surfaces.iter_mut().zip(&mut self.glances);
+        for ((surfaces, glances), (rays, hits)) in places.zip(eights) {
             let directions = rays.iter().map(PathRay::direction);
             surfaces.make(tracer, directions.zip(hits), through);
+            if let Some(lights) = shader.rows() {
+                glances.find(tracer, surfaces, lights);
+            }
         }
         Ok(())
     }
@@ -49,9 +62,16 @@ impl Together {
         shader: &Shader<'_>,
         packed: &PathRay,
         at: usize,
+        memo: &mut Memo,
     ) -> (Sum, Option<Point>) {
         let at = at % BUNDLE;
-        let made = Made { surfaces: self.surfaces.get(at / LANES), lane: at % LANES };
+        let (surfaces, lane) = (self.surfaces.get(at / LANES), at % LANES);
+        let made = Made { surfaces, lane };
+        if let (Some(lights), Some(glances)) = (shader.rows(), self.glances.get(at / LANES))
+            && surfaces.is_some_and(|surfaces| surfaces.is_made(lane))
+        {
+            memo.glance(packed.key(), glances, lane, lights);
+        }
         shader.arrive_at(&packed.path(), &packed.ray(), self.rays.hit(at), made)
     }
 

@@ -120,7 +120,7 @@ impl Shader<'_> {
                 Seen::Far(estimate) => estimate,
                 Seen::Dark(_) => 0.0,
                 Seen::Near => {
-                    Aim::new(light, &point.surface, answers).map_or(0.0, |aim| aim.estimate)
+                    self.aim((index, light), point, answers, memo).map_or(0.0, |aim| aim.estimate)
                 }
             };
         }
@@ -161,10 +161,11 @@ impl Shader<'_> {
                     continue;
                 }
             }
-            let aim = match Aim::new(light, &point.surface, answers) {
+            let mut aim = self.aim((index as usize, light), point, answers, memo);
+            let aim = match &mut aim {
                 Ok(aim) => aim,
                 Err(dark) => {
-                    leave_out(dark, 1, counts);
+                    leave_out(*dark, 1, counts);
                     continue;
                 }
             };
@@ -202,13 +203,33 @@ impl Shader<'_> {
         known.get(index).copied().unwrap_or_else(anew).seen()
     }
 
+    /// A light as the point sees it; of few lights it may be known.
+    #[cfg_attr(feature = "bundles", inline(always))]
+    fn aim(
+        &self,
+        (index, light): (usize, &Light),
+        point: &Point,
+        answers: [bool; 2],
+        memo: &Memo,
+    ) -> Result<Aim, Dark> {
+        #[cfg(feature = "bundles")]
+        if let Some(plane) = self.rows.and_then(|rows| rows.plane(index))
+            && let Some(glance) = memo.glance_of(point.path.key, index)
+        {
+            return Aim::known(light, plane, glance, point.surface.position, answers);
+        }
+        #[cfg(not(feature = "bundles"))]
+        let _ = (index, memo);
+        Aim::new(light, &point.surface, answers)
+    }
+
     #[cfg_attr(feature = "bundles", inline(always))]
     pub(super) fn bundle<T: Tracer>(
         &self,
         tracer: T,
         point: &Point,
         (index, light): (u32, &Light),
-        mut aim: Aim,
+        aim: &mut Aim,
         Asked { probability, part }: Asked,
     ) -> Bundle {
         aim.prepare();
@@ -217,7 +238,7 @@ impl Shader<'_> {
             count *= libm::sqrtf(part * point.path.importance().clamp(0.0, 1.0));
         }
         let samples = (libm::ceilf(count * 0.75) as u32).max(1).next_power_of_two();
-        let deal = match unshadowed(tracer, point, &aim, samples) {
+        let deal = match unshadowed(tracer, point, aim, samples) {
             Some(light) => Deal::new(light / probability, &self.unit()),
             None => Deal::UNKNOWN,
         };
@@ -225,7 +246,7 @@ impl Shader<'_> {
             light: index,
             len: samples + u32::from(deal.is_known()),
             samples,
-            aim,
+            aim: *aim,
             sequence: Sequence::new(point.path.key, Purpose::Light(index)),
             scale: 1.0 / (samples as f32 * probability),
             seen: is_seen(light, |material| self.emits(material)),

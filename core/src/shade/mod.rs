@@ -28,6 +28,8 @@ mod deal;
 mod direct;
 #[cfg(feature = "bundles")]
 mod few;
+#[cfg(feature = "bundles")]
+mod glances;
 mod memo;
 mod packed;
 mod path;
@@ -50,6 +52,8 @@ pub use counts::Counts;
 pub use direct::{Bundle, Direct, FEW_LIGHTS};
 #[cfg(feature = "bundles")]
 pub use few::FewRays;
+#[cfg(feature = "bundles")]
+pub(crate) use glances::Glances;
 pub use memo::Memo;
 pub use packed::{PackedHit, PathRay, Shadow, Task};
 pub use path::Path;

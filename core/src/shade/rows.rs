@@ -1,5 +1,6 @@
+use super::FEW_LIGHTS;
 use super::memo::Memo;
-use crate::light::{Far, FarRows, Look};
+use crate::light::{Far, FarRows, Look, Plane};
 use crate::material::Surface;
 use crate::real::{LANES, Real};
 use crate::scene::Light;
@@ -13,6 +14,8 @@ pub struct LightRows {
     /// How many there are.
     len: usize,
     rows: [FarRows; GROUPS],
+    /// Of the first, where they are few.
+    planes: [Option<Plane>; FEW_LIGHTS],
 }
 
 /// Groups of lights that lanes look at together.
@@ -28,7 +31,23 @@ impl LightRows {
                 Far::put(Far::new(light), rows, lane);
             }
         }
-        Self { len: lights.len().min(GROUPS.wrapping_mul(LANES)), rows }
+        let mut planes = [None; FEW_LIGHTS];
+        if lights.len() <= FEW_LIGHTS {
+            planes.iter_mut().zip(lights).for_each(|(to, light)| *to = Plane::of(light));
+        }
+        Self { len: lights.len().min(GROUPS.wrapping_mul(LANES)), rows, planes }
+    }
+
+    /// A light that is flat, if lights are few.
+    #[inline(always)]
+    pub(super) fn plane(&self, light: usize) -> Option<&Plane> {
+        self.planes.get(light)?.as_ref()
+    }
+
+    /// The lights that are flat, if lights are few.
+    #[inline(always)]
+    pub(super) const fn planes(&self) -> &[Option<Plane>; FEW_LIGHTS] {
+        &self.planes
     }
 
     /// Looks at all of them from a surface that answers light from its sides or not.
@@ -55,7 +74,7 @@ struct Looks<'a> {
 impl Kernel for Looks<'_> {
     #[inline(always)]
     fn run<L: Lanes>(self, lanes: L) {
-        let Self { rows: LightRows { len, rows }, surface, answers, memo } = self;
+        let Self { rows: LightRows { len, rows, .. }, surface, answers, memo } = self;
         for (rows, looks) in rows.iter().zip(memo.begin(*len)) {
             for first in (0..LANES).step_by(L::Real::COUNT) {
                 let far = Far::read(lanes, rows, first);

@@ -111,6 +111,12 @@ impl<'a> Shader<'a> {
         Self { rows: Some(rows), ..self }
     }
 
+    /// The lights that it looks at together.
+    #[cfg(feature = "bundles")]
+    pub(crate) const fn rows(&self) -> Option<&'a LightRows> {
+        self.rows
+    }
+
     /// The unit of its sums.
     #[must_use]
     pub const fn unit(&self) -> Unit {

@@ -71,13 +71,13 @@ impl Shader<'_> {
                     let aim = Aim::new(light, &point.surface, answers).ok()?;
                     Some((index, light, aim))
                 });
-                if let Some((index, light, aim)) = chosen {
+                if let Some((index, light, mut aim)) = chosen {
                     direct.asked = direct.asked.saturating_add(1);
                     let asked = Asked {
                         probability: (part.len / direct.spacing).min(1.0),
                         part: (part.len / direct.total).min(1.0),
                     };
-                    return Some(self.bundle(tracer, point, (index, light), aim, asked));
+                    return Some(self.bundle(tracer, point, (index, light), &mut aim, asked));
                 }
                 continue;
             }
