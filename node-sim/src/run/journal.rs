@@ -1,4 +1,5 @@
 use super::packets::{Buffers, Packet};
+use super::timeline;
 use crate::TraceEvent;
 use kiloray_core::network::{NodeId, Port};
 use kiloray_render::watch::Sight;
@@ -12,21 +13,37 @@ pub(crate) struct Journal {
     pub(crate) events: u64,
     /// In the order of departure.
     pub(crate) departures: Vec<Departure>,
+    pub(crate) notes: Notes,
+    pub(crate) buffers: Buffers,
+}
+
+/// What is taken down when a round has ended.
+#[derive(Debug, Default)]
+pub(crate) struct Notes {
     /// What must be taken down in the order of time.
     pub(crate) moments: Vec<(u64, Moment)>,
     /// What is summed up, in any order.
     pub(crate) spans: Vec<Span>,
+    /// When bytes were sent, and how many: those of a step of the time line are one.
+    pub(crate) sent: Vec<(u64, u64)>,
     pub(crate) trace: Vec<TraceEvent>,
-    pub(crate) buffers: Buffers,
 }
 
-impl Journal {
-    /// Takes over what another has to be taken down in order.
-    pub(crate) fn append(&mut self, other: &mut Self) {
-        self.now = self.now.max(other.now);
-        self.events += std::mem::take(&mut other.events);
-        self.moments.append(&mut other.moments);
-        self.trace.append(&mut other.trace);
+impl Notes {
+    /// A place sends so many bytes.
+    pub(crate) fn sends(&mut self, at: u64, bytes: u64) {
+        match self.sent.last_mut() {
+            Some((last, sum)) if timeline::step_of(*last) == timeline::step_of(at) => *sum += bytes,
+            _ => self.sent.push((at, bytes)),
+        }
+    }
+
+    /// The end of the last span.
+    pub(crate) fn end(&self) -> Option<u64> {
+        let spans = self.spans.iter().map(|span| match *span {
+            Span::Busy { to, .. } | Span::Waiting { to, .. } => to,
+        });
+        spans.chain(self.sent.iter().map(|(at, _)| at + 1)).max()
     }
 }
 
@@ -60,6 +77,4 @@ pub(crate) enum Span {
     Busy { from: u64, to: u64, useful: f32 },
     /// It waited.
     Waiting { from: u64, to: u64 },
-    /// It sent so many bytes.
-    Sent { at: u64, bytes: u64 },
 }

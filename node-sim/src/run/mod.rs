@@ -15,8 +15,8 @@
 //! Places hear of each other by packets alone, and no packet takes less than the latency of a link and its header's time on it. So what happens
 //! at a place within that time, a *window*, does not depend on what happens elsewhere in the same window: parts of the mesh go through windows each for itself, on
 //! as many threads as there are, and wait for none but their neighbours (conservative synchronisation by windows: Nicol 1993, "The cost of
-//! conservative synchronization in parallel discrete event simulations"). So many windows are a *round*; all are told of before the next. Of one
-//! time, packets of lower places come first; so neither threads nor their number can be seen in a run.
+//! conservative synchronization in parallel discrete event simulations"). So many windows are a *round*; what is noted in one is taken
+//! down while the next goes on. Of one time, packets of lower places come first; so neither threads nor their number can be seen in a run.
 
 mod actor;
 mod clock;
@@ -26,6 +26,7 @@ mod journal;
 mod link;
 mod packets;
 mod place;
+mod record;
 mod round;
 mod timeline;
 
@@ -37,13 +38,12 @@ pub(crate) use place::Place;
 
 use std::sync::Arc;
 
-use journal::{Journal, Moment, Span};
+use journal::Journal;
 use kiloray_core::network::{HOST, Mesh, NodeId};
-use kiloray_render::watch::Watch;
+use record::Record;
 use round::{Parts, Places, Round, Task};
-use timeline::TimelineRecorder;
 
-use crate::{FaultReport, Faults, Link, LinkReport, Profile, TraceEvent};
+use crate::{FaultReport, Faults, Link, LinkReport, Profile};
 
 /// A mesh that runs.
 pub(crate) struct Run<'m, N, H> {
@@ -54,10 +54,7 @@ pub(crate) struct Run<'m, N, H> {
     pub(crate) now: u64,
     /// Events so far.
     pub(crate) events: u64,
-    /// What each node did when.
-    pub(crate) trace: Vec<TraceEvent>,
-    pub(crate) timeline: TimelineRecorder,
-    pub(crate) watch: Watch,
+    pub(crate) record: Record,
     /// When the next thing happens, by place; the host is the last.
     due: Vec<u64>,
     /// The length of a window \[ns\].
@@ -67,16 +64,8 @@ pub(crate) struct Run<'m, N, H> {
     parts: Parts,
     /// More than this does not come to the host in a round \[bytes\].
     round_bytes: u64,
-    /// Rays that all nodes hold.
-    stored: i64,
-    /// Most events of the trace.
-    trace_max: usize,
     /// By part.
     journals: Vec<Journal>,
-    /// Of all, when it is taken down.
-    journal: Journal,
-    /// Its moments in the order of time: the time since the first, and which it is.
-    order: Vec<u64>,
 }
 
 /// What a run is told.
@@ -138,18 +127,12 @@ impl<'m, N: Actor<'m> + Send, H: Actor<'m> + Send> Run<'m, N, H> {
         Ok(Self {
             now: 0,
             events: 0,
-            trace: Vec::new(),
-            timeline: TimelineRecorder::default(),
-            watch: Watch::new(settings.block_bytes, settings.trace),
+            record: Record::new(parts.len(), settings.block_bytes, settings.trace),
             due: vec![0; places.len() + 1],
             window,
             windows: windows as u32,
             round_bytes: bytes.saturating_mul(host.links.len() as u64),
-            stored: 0,
-            trace_max: settings.trace,
             journals: (0..parts.len()).map(|_| Journal::default()).collect(),
-            journal: Journal::default(),
-            order: Vec::new(),
             parts,
             nodes: places,
             host,
@@ -164,7 +147,7 @@ impl<'m, N: Actor<'m> + Send, H: Actor<'m> + Send> Run<'m, N, H> {
         }
         // The host takes no time, and may see the end: a round that it may see it in is a window long.
         let windows = if self.host.actor.may_end(self.round_bytes) { 1 } else { self.windows };
-        let Self { nodes, host, due, journals, parts, window, .. } = self;
+        let Self { nodes, host, due, journals, parts, window, record, .. } = self;
         let (due_of_host, due) = due.split_last_mut().expect("the host has one");
         let (of_host, of_nodes) = journals.split_last_mut().expect("the host has one");
         let size = parts.size();
@@ -173,50 +156,25 @@ impl<'m, N: Actor<'m> + Send, H: Actor<'m> + Send> Run<'m, N, H> {
         let due = std::slice::from_mut(due_of_host);
         let tasks = tasks.chain([(Places::Host(host), due, of_host)]);
         let tasks = tasks.map(|(places, due, journal)| Task { places, due, journal });
-        Round { parts, begin, window: *window, windows }.run(tasks.collect());
-        self.take_down();
+        let tasks = tasks.collect();
+        let round = Round { parts, begin, window: *window, windows };
+        if parts.len() > 2 {
+            rayon::join(|| record.take_down(), || round.run(tasks));
+        } else {
+            record.take_down();
+            round.run(tasks);
+        }
+        self.collect();
         true
     }
 
-    /// Takes down what was collected.
-    fn take_down(&mut self) {
-        let Self { journals, journal, order, watch, timeline, stored, .. } = self;
-        journals.iter_mut().for_each(|part| journal.append(part));
-        self.now = self.now.max(journal.now);
-        self.events += std::mem::take(&mut journal.events);
-        // A round is shorter than 2³² ns. Numbers are sorted faster than moments.
-        let first = journal.moments.iter().map(|(at, _)| *at).min().unwrap_or(0);
-        let times = journal.moments.iter().map(|(at, _)| at - first);
-        order.extend(times.zip(0..).map(|(at, number): (u64, u64)| at << u32::BITS | number));
-        order.sort_unstable();
-        for number in order.drain(..) {
-            let (at, moment) = journal.moments[number as u32 as usize];
-            match moment {
-                Moment::Stored(more) => {
-                    *stored += more;
-                    timeline.stored(at, *stored as u64);
-                }
-                Moment::Pixels(pixels) => timeline.pixels(at, pixels),
-                Moment::Seen(sight) => watch.see(at, sight),
-            }
+    /// Takes over what places have noted.
+    fn collect(&mut self) {
+        for journal in &mut self.journals {
+            self.now = self.now.max(journal.now);
+            self.events += std::mem::take(&mut journal.events);
         }
-        journal.moments.clear();
-        let ends = journals.iter().flat_map(|part| &part.spans).map(|span| match *span {
-            Span::Busy { to, .. } | Span::Waiting { to, .. } => to,
-            Span::Sent { at, .. } => at + 1,
-        });
-        timeline.reach(ends.max().unwrap_or(0));
-        // Behind what holds from a moment on: where the line grows, it goes on with that. They stay with their parts, as a large mesh has many in a round.
-        for span in journals.iter_mut().flat_map(|part| part.spans.drain(..)) {
-            match span {
-                Span::Busy { from, to, useful } => timeline.busy(from, to, useful),
-                Span::Waiting { from, to } => timeline.waiting(from, to),
-                Span::Sent { at, bytes } => timeline.bytes(at, bytes),
-            }
-        }
-        journal.trace.sort_by_key(|event| event.start_ns);
-        let room = self.trace_max - self.trace.len();
-        self.trace.extend(journal.trace.drain(..).take(room));
+        self.record.take(&mut self.journals);
     }
 
     /// A hash of all that has happened.
@@ -232,9 +190,11 @@ impl<'m, N: Actor<'m> + Send, H: Actor<'m> + Send> Run<'m, N, H> {
         let [journal, ..] = &mut *self.journals else { return };
         self.nodes.iter_mut().for_each(|node| node.settle(self.now, journal));
         self.host.settle(self.now, journal);
-        self.take_down();
+        self.record.take_down();
+        self.collect();
+        self.record.take_down();
         // Steps that were cut short, by a death or by the end.
-        for step in &mut self.trace {
+        for step in &mut self.record.trace {
             let died = self.nodes[usize::from(step.node)].faults.crashes.first();
             let end = died.map_or(self.now, |crash| crash.at_ns);
             step.duration_ns = step.duration_ns.min(end.saturating_sub(step.start_ns));

@@ -179,7 +179,7 @@ impl<'m, A: Actor<'m>> Place<'m, A> {
         };
         if received == Received::Buffered && !passes {
             let seen = Sight::arriving(sender, here, payload);
-            journal.moments.extend(seen.map(|sight| (self.now, Moment::Seen(sight))));
+            journal.notes.moments.extend(seen.map(|sight| (self.now, Moment::Seen(sight))));
         }
         if received != Received::Buffered || !passes {
             let packet = self.packets.take(packet);
@@ -258,7 +258,7 @@ impl<'m, A: Actor<'m>> Place<'m, A> {
             let idle = matches!(self.state.phase, Phase::Idle(_));
             let step = if idle { self.state.since.saturating_sub(1) } else { self.now };
             let seen = Sight::leaving(header.from(), header.to(), step, payload);
-            journal.moments.extend(seen.map(|sight| (self.now, Moment::Seen(sight))));
+            journal.notes.moments.extend(seen.map(|sight| (self.now, Moment::Seen(sight))));
         }
         if starts {
             self.has_room();
@@ -285,7 +285,7 @@ impl<'m, A: Actor<'m>> Place<'m, A> {
         link.bytes += bytes;
         link.packets += u64::from(data);
         link.control_packets += u64::from(!data);
-        journal.spans.push(Span::Sent { at: self.now, bytes });
+        journal.notes.sends(self.now, bytes);
         let arrival = self.now + settings.link.travel(&header, len, to == header.to());
         let from = self.here;
         let departs = |arrival, packet| Departure { from, to, port: back, arrival, packet };
@@ -372,7 +372,7 @@ impl<'m, A: Actor<'m>> Place<'m, A> {
         self.holds(journal, stored);
         if self.pixels != pixels {
             self.pixels = pixels;
-            journal.moments.push((self.now, Moment::Pixels(pixels)));
+            journal.notes.moments.push((self.now, Moment::Pixels(pixels)));
         }
         let state = &mut self.state;
         state.news = false;
@@ -396,7 +396,7 @@ impl<'m, A: Actor<'m>> Place<'m, A> {
         let more = i64::from(rays) - i64::from(self.state.stored);
         if more != 0 {
             self.state.stored = rays;
-            journal.moments.push((self.now, Moment::Stored(more)));
+            journal.notes.moments.push((self.now, Moment::Stored(more)));
         }
     }
 
@@ -422,7 +422,7 @@ impl<'m, A: Actor<'m>> Place<'m, A> {
     /// Takes down what a node did; the host takes no time.
     fn was(&mut self, journal: &mut Journal, span: Span) {
         if !self.is_host() {
-            journal.spans.push(span);
+            journal.notes.spans.push(span);
         }
     }
 
@@ -499,7 +499,7 @@ impl<'m, A: Actor<'m>> Place<'m, A> {
         if self.settings.trace > 0 && !self.is_host() {
             let parts = time.parts();
             let most = parts.iter().max_by_key(|part| part.1);
-            journal.trace.push(TraceEvent {
+            journal.notes.trace.push(TraceEvent {
                 name: most.map_or("", |part| part.0),
                 node: self.here.0,
                 start_ns: self.now,

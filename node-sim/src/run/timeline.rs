@@ -3,6 +3,14 @@ use crate::{Sample, Timeline};
 /// Most steps of a time line.
 const STEPS: usize = 256;
 
+/// Its steps are never shorter than 2 to this power \[ns\].
+const SHORTEST: u32 = 10;
+
+/// The shortest step that a moment is in.
+pub(crate) const fn step_of(at: u64) -> u64 {
+    at >> SHORTEST
+}
+
 /// A time line as it grows: when it gets too long, its steps are joined in pairs.
 #[derive(Debug)]
 pub(crate) struct TimelineRecorder {
@@ -32,7 +40,7 @@ struct Step {
 impl Default for TimelineRecorder {
     /// Of no time yet.
     fn default() -> Self {
-        Self { power: 10, steps: Vec::with_capacity(STEPS), stored: 0, pixels: 0 }
+        Self { power: SHORTEST, steps: Vec::with_capacity(STEPS), stored: 0, pixels: 0 }
     }
 }
 
