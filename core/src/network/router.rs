@@ -478,7 +478,8 @@ impl<'a> Router<'a> {
         };
         fifo.len -= 1;
         let next = usize::from(fifo.first) + 1;
-        fifo.first = if next < depth { next as u8 } else { 0 };
+        // An empty queue begins at its first place again, which lies in a processor's caches rather than the others.
+        fifo.first = if next < depth && fifo.len > 0 { next as u8 } else { 0 };
         let fifo_len = fifo.len;
         // The node's own queue is behind the last port: it has no link.
         if let Some(state) = self.memory.ports.get_mut(queue / LANES)
