@@ -57,6 +57,8 @@ pub struct Node<'a, W> {
     /// Visits among the roots.
     pub(super) visitors: u16,
     pub(super) fetches: &'a mut [FetchSlot],
+    /// Those that stand for a block.
+    pub(super) fetching: u16,
     /// Some fetch may be to be sent: while not, the table is not looked through for one.
     pub(super) unsent: bool,
     /// Some fetch may be complete: likewise.
@@ -164,6 +166,7 @@ impl<'a, W: World> Node<'a, W> {
             sums: arena.carve(pixels)?,
             visitors: 0,
             fetches: arena.carve(plan.fetches)?,
+            fetching: 0,
             unsent: false,
             complete: false,
             starved: false,
@@ -337,7 +340,7 @@ impl<'a, W: World> Node<'a, W> {
     }
 
     fn lack(&self) -> Lack {
-        if !self.fetches.iter().all(FetchSlot::is_free) {
+        if self.fetching > 0 {
             Lack::Data
         } else if self.rays.iter().any(|slot| slot.stage() == Stage::Away) {
             Lack::Answers

@@ -32,7 +32,7 @@ impl<W: World> Node<'_, W> {
             }
             Residency::Remote => {}
         }
-        let free = self.fetches.iter().position(FetchSlot::is_free);
+        let free = self.free_fetch();
         let first = self.keeps(Rule::FrameFirst);
         if !first && self.fetches.iter().any(|fetch| fetch.is_for(block)) {
             return;
@@ -49,11 +49,10 @@ impl<W: World> Node<'_, W> {
 
     /// Asks for a block that may be of use: only while another request and another frame are left to what a ray needs (rule 11).
     pub(super) fn prefetch(&mut self, block: u32, now: Time) {
-        let free = |fetch: &FetchSlot| fetch.is_free();
-        if self.fetches.iter().filter(|fetch| free(fetch)).count() < 2 {
+        if self.fetches.len().saturating_sub(usize::from(self.fetching)) < 2 {
             return;
         }
-        let Some(at) = self.fetches.iter().position(free) else { return };
+        let Some(at) = self.free_fetch() else { return };
         if self.blocks.rom.holds(block)
             || self.blocks.cache.reserve(block, Claim::Prefetch) != Ok(true)
         {
@@ -62,8 +61,19 @@ impl<W: World> Node<'_, W> {
         self.begin_fetch(at, block, now);
     }
 
+    /// Whether another block can be asked for.
+    pub(super) fn can_fetch(&self) -> bool {
+        usize::from(self.fetching) < self.fetches.len()
+    }
+
+    fn free_fetch(&self) -> Option<usize> {
+        let free = || self.fetches.iter().position(FetchSlot::is_free);
+        if self.can_fetch() { free() } else { None }
+    }
+
     fn begin_fetch(&mut self, at: usize, block: u32, now: Time) {
         if let Some(fetch) = self.fetches.get_mut(at) {
+            self.fetching = self.fetching.saturating_add(1);
             let begun = now.ticks();
             *fetch =
                 FetchSlot { block, begun, state: FetchSlot::TO_BE_SENT, ..FetchSlot::zeroed() };
@@ -220,6 +230,7 @@ impl<W: World> Node<'_, W> {
             return false;
         };
         fetch.state = FetchSlot::FREE;
+        self.fetching = self.fetching.saturating_sub(1);
         let block = fetch.block;
         let whole = self.blocks.cache.block_bytes() as u32;
         self.work.checked = self.work.checked.saturating_add(whole);

@@ -113,6 +113,8 @@ impl<W: World> Node<'_, W> {
     /// A block that was asked for has its frame (rule 11), and one request.
     fn check_fetches(&self) {
         let asked = self.fetches.iter().filter(|fetch| !fetch.is_free());
+        let count = asked.clone().count();
+        debug_assert_eq!(count, usize::from(self.fetching), "fetches are counted");
         for (before, fetch) in asked.clone().enumerate() {
             let residency = self.blocks.cache.residency(fetch.block);
             debug_assert!(

@@ -1,6 +1,6 @@
 use super::rules::Rule;
 use super::shadows::swap;
-use super::slots::{FetchSlot, RaySlot, Root, RootState, Stage};
+use super::slots::{RaySlot, Root, RootState, Stage};
 use super::tell::tell;
 use super::{Node, RayKind, Settings, TaskOrder, Time, Traced, World};
 use crate::network::NodeId;
@@ -499,7 +499,7 @@ impl<W: World> Node<'_, W> {
 
     /// Asks again for blocks for which there was no frame: whether a ray can go on.
     pub(super) fn feed(&mut self, now: Time) -> bool {
-        if !self.fetches.iter().any(FetchSlot::is_free) {
+        if !self.can_fetch() {
             return false;
         }
         self.starved = false;

@@ -66,6 +66,7 @@ impl<W: World> Node<'_, W> {
         }
         s.pod(&mut self.begun);
         s.pod(&mut self.blocked);
+        s.pod(&mut self.fetching);
         s.len(&mut self.free_len);
         s.all(&mut self.free[..self.free_len]);
         self.ready.snapshot(s);
