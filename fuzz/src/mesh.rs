@@ -29,8 +29,8 @@ pub(crate) fn packets() -> Vec<Vec<u8>> {
     let bytes = [7; 192];
     let messages = [
         Message::Ask { number: 0, count: 3 },
-        Message::Pixels { tile: 0, first: 0, sums: &bytes },
-        Message::Pixels { tile: 1, first: 8, sums: &bytes },
+        Message::Pixels { tile: 0, first: 0, width: 8, sums: &bytes },
+        Message::Pixels { tile: 1, first: 8, width: 4, sums: &bytes },
         Message::Ask { number: 1, count: 1 },
         Message::Lost { block: 9 },
         Message::Fetch { block: 1, offset: 0, request: 0 },

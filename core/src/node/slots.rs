@@ -144,8 +144,9 @@ pub(super) struct Root {
     pub(super) sent: u32,
     state: u8,
     pub(super) tries: u8,
-    pub(super) _zero: [u8; 2],
-    pub(super) _zero2: [u8; 4],
+    /// Of a tile: bytes of a channel of its sums, once they are packed; else 0.
+    pub(super) width: u8,
+    pub(super) _zero: [u8; 5],
 }
 
 /// What a root is.

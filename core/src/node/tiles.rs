@@ -5,7 +5,7 @@ use super::rules::Rule;
 use super::slots::{Root, RootState};
 use super::{Node, ShadowPolicy, Time, World};
 use crate::network::{HOST, NodeId};
-use crate::protocol::{Item, Message};
+use crate::protocol::{Item, Message, WIDTH_MAX, pack};
 use crate::shade::Sum;
 
 /// Where a node's tiles come from: its requests for work, and its leases if it is a sub-master.
@@ -393,21 +393,25 @@ impl<W: World> Node<'_, W> {
 
     /// Sends the sums of finished tiles to the host, a message at a time; they are kept until it has acknowledged them.
     pub(super) fn send_tiles(&mut self, now: Time) {
-        let most = (self.inbox.len().saturating_sub(Item::PART_BYTES) / size_of::<Sum>()).max(1);
         for at in 0..self.tiles.len {
             let Some(&root) = self.roots.get(at) else { break };
             if root.state() != RootState::Sending {
                 continue;
             }
             let pixels = self.world.tile_pixels(root.tile);
+            let width = self.packed(at, pixels);
+            let bytes = usize::from(width).saturating_mul(3);
+            let room = self.inbox.len().saturating_sub(Item::PART_BYTES);
+            let most = room.checked_div(bytes).unwrap_or(0).max(1);
             let mut sent = root.sent as usize;
             while sent < pixels {
-                let begin = at.saturating_mul(self.tiles.pixels).saturating_add(sent);
                 let count = pixels.saturating_sub(sent).min(most);
                 let Self { outbox, router, counts, work, sums, .. } = self;
-                let sums = sums.get(begin..).and_then(|sums| sums.get(..count)).unwrap_or_default();
-                let sums = bytemuck::cast_slice(sums);
-                let message = Message::Pixels { tile: root.tile, first: sent as u32, sums };
+                let sums = sums.get(at.saturating_mul(self.tiles.pixels)..).unwrap_or_default();
+                let sums = bytemuck::cast_slice(sums).get(sent.saturating_mul(bytes)..);
+                let sums = sums.and_then(|sums| sums.get(..count.saturating_mul(bytes)));
+                let sums = sums.unwrap_or_default();
+                let message = Message::Pixels { tile: root.tile, first: sent as u32, width, sums };
                 if !outbox.push(router, HOST, &message, now, counts, work) {
                     break;
                 }
@@ -424,6 +428,21 @@ impl<W: World> Node<'_, W> {
             root.deadline = deadline.0;
             self.note_deadline(deadline);
         }
+    }
+
+    /// Packs the sums of a finished tile, if they are not: how many bytes a channel takes. (Boards leave them as they are: it would take flash.)
+    fn packed(&mut self, at: usize, pixels: usize) -> u8 {
+        if !cfg!(feature = "bundles") {
+            return WIDTH_MAX;
+        }
+        let Some(root) = self.roots.get_mut(at) else { return WIDTH_MAX };
+        if root.width == 0 {
+            let sums = self.sums.get_mut(at.saturating_mul(self.tiles.pixels)..);
+            let sums = sums.and_then(|sums| sums.get_mut(..pixels)).unwrap_or_default();
+            root.width = pack(sums);
+            self.work.copied = self.work.copied.saturating_add(size_of_val(sums) as u32);
+        }
+        root.width
     }
 
     /// Time limits of tiles that the host has not acknowledged.

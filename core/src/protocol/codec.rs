@@ -7,8 +7,8 @@ use bytemuck::{Pod, Zeroable, bytes_of};
 #[repr(C)]
 pub struct Item {
     kind: u8,
-    /// Of a block: which request. Else 0.
-    request: u8,
+    /// Of a block: which request; of pixels: bytes of a channel. Else 0.
+    extra: u8,
     /// Bytes that follow.
     len: u16,
 }
@@ -42,8 +42,10 @@ const TOLD: u8 = 15;
 #[must_use]
 pub fn write(out: &mut [u8], len: usize, message: &Message<'_>) -> Option<usize> {
     let mut words = [0_u32; 4];
-    let request = match message {
-        Message::Fetch { request, .. } | Message::Part { request, .. } => *request,
+    let extra = match message {
+        Message::Fetch { request: extra, .. }
+        | Message::Part { request: extra, .. }
+        | Message::Pixels { width: extra, .. } => *extra,
         _ => 0,
     };
     let (kind, fields, rest): (u8, &[u8], &[u8]) = match message {
@@ -57,7 +59,7 @@ pub fn write(out: &mut [u8], len: usize, message: &Message<'_>) -> Option<usize>
         Message::Grant { number, first, count, wait } => {
             (GRANT, words_of(&mut words, &[*number, *first, *count, *wait]), &[])
         }
-        Message::Pixels { tile, first, sums } => {
+        Message::Pixels { tile, first, sums, .. } => {
             (PIXELS, words_of(&mut words, &[*tile, *first]), sums)
         }
         Message::Accepted { tile } => (ACCEPTED, words_of(&mut words, &[*tile]), &[]),
@@ -73,7 +75,7 @@ pub fn write(out: &mut [u8], len: usize, message: &Message<'_>) -> Option<usize>
         Message::Tell => (TELL, &[], &[]),
         Message::Told { figures } => (TOLD, &[], figures),
     };
-    put(out, len, (kind, request), fields, rest)
+    put(out, len, (kind, extra), fields, rest)
 }
 
 /// The halves of a sum's channels, low one first.
@@ -96,12 +98,12 @@ fn words_of<'w>(room: &'w mut [u32; 4], words: &[u32]) -> &'w [u8] {
 fn put(
     out: &mut [u8],
     len: usize,
-    (kind, request): (u8, u8),
+    (kind, extra): (u8, u8),
     fields: &[u8],
     rest: &[u8],
 ) -> Option<usize> {
     let bytes = u16::try_from(fields.len().checked_add(rest.len())?).ok()?;
-    let item = Item { kind, request, len: bytes.to_le() };
+    let item = Item { kind, extra, len: bytes.to_le() };
     let mut at = len;
     for part in [bytes_of(&item), fields, rest] {
         let end = at.checked_add(part.len())?;
@@ -159,12 +161,15 @@ fn read<'a>(rest: &mut &'a [u8]) -> Option<Message<'a>> {
     let item: Item = take(rest)?;
     let (mut body, after) = rest.split_at_checked(usize::from(u16::from_le(item.len)))?;
     *rest = after;
-    let (body, request) = (&mut body, item.request);
+    let (body, extra) = (&mut body, item.extra);
     let message = match item.kind {
-        FETCH => Message::Fetch { block: word(body)?, offset: word(body)?, request },
-        PART => {
-            Message::Part { block: word(body)?, offset: word(body)?, request, bytes: all(body) }
-        }
+        FETCH => Message::Fetch { block: word(body)?, offset: word(body)?, request: extra },
+        PART => Message::Part {
+            block: word(body)?,
+            offset: word(body)?,
+            request: extra,
+            bytes: all(body),
+        },
         ASK => Message::Ask { number: word(body)?, count: word(body)? },
         GRANT => Message::Grant {
             number: word(body)?,
@@ -172,7 +177,9 @@ fn read<'a>(rest: &mut &'a [u8]) -> Option<Message<'a>> {
             count: word(body)?,
             wait: word(body)?,
         },
-        PIXELS => Message::Pixels { tile: word(body)?, first: word(body)?, sums: all(body) },
+        PIXELS => {
+            Message::Pixels { tile: word(body)?, first: word(body)?, width: extra, sums: all(body) }
+        }
         ACCEPTED => Message::Accepted { tile: word(body)? },
         LOST => Message::Lost { block: word(body)? },
         RAY => Message::Ray(all(body).try_into().ok()?),

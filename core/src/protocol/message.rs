@@ -125,7 +125,9 @@ pub enum Message<'a> {
         tile: u32,
         /// The first pixel, row by row.
         first: u32,
-        /// Sums, 24 bytes each: three little-endian `i64`.
+        /// Bytes of a channel.
+        width: u8,
+        /// Sums, as [`pack`](super::pack) leaves them: three little-endian numbers each.
         sums: &'a [u8],
     },
     /// The host has all pixels of a tile.

@@ -1,7 +1,7 @@
 //! What nodes and the host say to each other.
 //!
 //! A packet's payload is a row of *items*, one message each: four bytes ([`Item`]) that say what it is and how long, then the fields as plain
-//! little-endian data, a multiple of four bytes. So a message has one size and one form on all machines, is written by a
+//! little-endian data. So a message has one size and one form on all machines, is written by a
 //! copy, and is read by a checked one; nothing in it is trusted beyond that (slots and blocks are looked up, keys compared).
 //!
 //! | message | channel | priority | says |
@@ -27,7 +27,9 @@
 
 mod codec;
 mod message;
+mod sums;
 
 pub use codec::{Item, Items, write};
 pub(crate) use codec::{join, split};
 pub use message::{Message, RayMessage, ReturnAddress};
+pub use sums::{WIDTH_MAX, pack, unpack};

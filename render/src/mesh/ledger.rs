@@ -4,7 +4,7 @@ use crate::picture::filled;
 use crate::{Picture, PictureError};
 use kiloray_core::network::{Channel, NodeId, Router};
 use kiloray_core::node::{Figures, Lack, Next, Time};
-use kiloray_core::protocol::{Items, Message};
+use kiloray_core::protocol::{Items, Message, unpack};
 use kiloray_core::render::{Tile, Tiling};
 use kiloray_core::shade::{Sum, Unit};
 use std::collections::BTreeMap;
@@ -58,8 +58,8 @@ pub struct LedgerCounts {
     pub damaged: u64,
 }
 
-/// Bytes of a sum in [`Message::Pixels`].
-const SUM_BYTES: usize = 24;
+/// Least bytes of a sum in [`Message::Pixels`].
+const SUM_BYTES_MIN: u64 = 3;
 
 impl Ledger {
     /// The ledger of a picture that nobody has begun: `width × height` pixels in tiles of `side × side`, given out in the
@@ -118,14 +118,16 @@ impl Ledger {
                 let Given { first, count, wait } = self.leases.ask(now, from, number, count);
                 reply(from, &Message::Grant { number, first, count, wait });
             }
-            Message::Pixels { tile, first, sums } => match self.enter(now, tile, first, sums) {
-                Some(0) => reply(from, &Message::Accepted { tile }),
-                Some(_) => {}
-                None => {
-                    self.counts.bad += 1;
-                    return;
+            Message::Pixels { tile, first, width, sums } => {
+                match unpack(sums, width).and_then(|sums| self.enter(now, tile, first, sums)) {
+                    Some(0) => reply(from, &Message::Accepted { tile }),
+                    Some(_) => {}
+                    None => {
+                        self.counts.bad += 1;
+                        return;
+                    }
                 }
-            },
+            }
             Message::Lost { block } => {
                 let _ = self.lost.get_or_insert(block);
             }
@@ -199,7 +201,7 @@ impl Ledger {
     /// Messages with the pixels that are missing have at least so many bytes.
     #[must_use]
     pub const fn bytes_missing(&self) -> u64 {
-        self.pixels().saturating_sub(self.done).saturating_mul(SUM_BYTES as u64)
+        self.pixels().saturating_sub(self.done).saturating_mul(SUM_BYTES_MIN)
     }
 
     /// What nodes that were asked have told of themselves, by number.
@@ -238,16 +240,20 @@ impl Ledger {
     }
 
     /// Enters a run of pixels of a tile: how many the tile still lacks; `None` if there is no such run.
-    fn enter(&mut self, now: Time, place: u32, first: u32, sums: &[u8]) -> Option<u32> {
+    fn enter(
+        &mut self,
+        now: Time,
+        place: u32,
+        first: u32,
+        sums: impl ExactSizeIterator<Item = Sum>,
+    ) -> Option<u32> {
         let tile = self.tiling.shuffled(place, self.seed)?;
-        let (sums, []) = sums.as_chunks::<SUM_BYTES>() else { return None };
         let end = (first as usize).checked_add(sums.len())?;
         if end > tile.width as usize * tile.height as usize {
             return None;
         }
         let missing = self.missing.get_mut(place as usize)?;
         for (pixel, sum) in (first..).zip(sums) {
-            let sum = sum_of(sum);
             match self.sums.get_mut(self::index(&tile, pixel, self.width))? {
                 Some(here) => {
                     self.counts.duplicates += 1;
@@ -272,13 +278,4 @@ impl Ledger {
 const fn index(tile: &Tile, pixel: u32, width: u32) -> usize {
     let (x, y) = (tile.x + pixel % tile.width, tile.y + pixel / tile.width);
     y as usize * width as usize + x as usize
-}
-
-fn sum_of(bytes: &[u8; SUM_BYTES]) -> Sum {
-    let (channels, _) = bytes.as_chunks::<8>();
-    let mut sum = Sum::ZERO;
-    for (channel, bytes) in sum.0.iter_mut().zip(channels) {
-        *channel = i64::from_le_bytes(*bytes);
-    }
-    sum
 }

@@ -7,7 +7,7 @@ use super::toy::Toy;
 use crate::network::{
     Channel, HOST, Mesh, NodeId, PacketHeader, Port, Received, Router, RouterSize, Topology,
 };
-use crate::protocol::{Items, Message, write};
+use crate::protocol::{Items, Message, unpack, write};
 use crate::shade::Sum;
 use crate::store::{Arena, CHUNK_BYTES, Chunk};
 use std::collections::VecDeque;
@@ -560,8 +560,8 @@ impl<'a> World<'a> {
                     let [number, first, count] = *asker;
                     Message::Grant { number, first, count, wait: 1 << 12 }
                 }
-                Message::Pixels { tile, first: 0, sums } => {
-                    let sum: Sum = bytemuck::pod_read_unaligned(sums);
+                Message::Pixels { tile, first: 0, width, sums } => {
+                    let sum = unpack(sums, width).and_then(|mut sums| sums.next()).unwrap();
                     self.wrong |= sum != self.setup.toy.expected(tile);
                     self.sums[tile as usize] = Some(sum);
                     Message::Accepted { tile }

@@ -36,7 +36,7 @@ fn send(
 ) -> bool {
     let sums: Vec<u8> = [value; 3].map(i64::to_le_bytes).as_flattened().repeat(pixels);
     let mut accepted = false;
-    let message = Message::Pixels { tile, first, sums: &sums };
+    let message = Message::Pixels { tile, first, width: 8, sums: &sums };
     ledger.on_message(Time(at), A, &message, &mut |to, reply| {
         assert_eq!((to, *reply), (A, Message::Accepted { tile }));
         accepted = true;
@@ -151,11 +151,13 @@ fn what_does_not_exist_is_counted_and_left_alone() {
         [(16, 0, 1), (u32::MAX, 0, 1), (0, 16, 1), (0, u32::MAX, 2), (0, 0, 17 * 24)];
     for (tile, first, len) in bad {
         let sums = vec![0; 24 * len];
-        let message = Message::Pixels { tile, first, sums: &sums };
+        let message = Message::Pixels { tile, first, width: 8, sums: &sums };
         ledger.on_message(Time(0), A, &message, &mut |_, _| panic!("no answer"));
     }
-    let message = Message::Pixels { tile: 0, first: 0, sums: &[0; 25] };
-    ledger.on_message(Time(0), A, &message, &mut |_, _| panic!("no answer"));
+    for (width, len) in [(8, 25), (7, 24), (0, 24), (9, 27)] {
+        let message = Message::Pixels { tile: 0, first: 0, width, sums: &[0; 27][..len] };
+        ledger.on_message(Time(0), A, &message, &mut |_, _| panic!("no answer"));
+    }
     for message in
         [Message::Accepted { tile: 0 }, Message::Fetch { block: 3, offset: 0, request: 0 }]
     {
@@ -164,7 +166,7 @@ fn what_does_not_exist_is_counted_and_left_alone() {
     let counts = ledger.counts();
     assert_eq!(
         (counts.bad, counts.unexpected, counts.messages, ledger.pixels_done()),
-        (6, 2, 0, 0)
+        (9, 2, 0, 0)
     );
     for (width, height) in [(0, 4), (4, 0), (u32::MAX, 2), (1 << 30, 2)] {
         let size = Ledger::new(width, height, 8, 0, Unit::new(1.0), 1);

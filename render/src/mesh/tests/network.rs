@@ -3,7 +3,7 @@
 use crate::Ledger;
 use kiloray_core::network::NodeId;
 use kiloray_core::node::Time;
-use kiloray_core::protocol::{Items, Message, write};
+use kiloray_core::protocol::{Items, Message, pack, write};
 use kiloray_core::render::Tiling;
 use kiloray_core::shade::{Sum, Unit};
 use proptest::prelude::*;
@@ -106,10 +106,11 @@ impl Node {
         for (&tile, (at, tries)) in self.sent.iter_mut().filter(|(_, (at, _))| *at <= now) {
             let sums = picture.tile(tile);
             for (k, run) in sums.chunks(picture.run).enumerate() {
-                let bytes: Vec<u8> =
-                    run.iter().flat_map(|s| s.0).flat_map(i64::to_le_bytes).collect();
+                let mut run = run.to_vec();
+                let width = pack(&mut run);
+                let sums = &bytemuck::cast_slice(&run)[..3 * usize::from(width) * run.len()];
                 let first = (k * picture.run) as u32;
-                net.send(now, self.id, HOST, &Message::Pixels { tile, first, sums: &bytes });
+                net.send(now, self.id, HOST, &Message::Pixels { tile, first, width, sums });
             }
             *at = now.after(Time(PATIENCE << (*tries).min(20)));
             *tries += 1;

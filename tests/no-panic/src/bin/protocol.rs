@@ -20,7 +20,7 @@ fn message() -> Message<'static> {
         14 => Message::Tell,
         15 => Message::Told { figures: any_bytes() },
         3 => Message::Grant { number: any(), first: any(), count: any(), wait: any() },
-        4 => Message::Pixels { tile: any(), first: any(), sums: any_bytes() },
+        4 => Message::Pixels { tile: any(), first: any(), width: any(), sums: any_bytes() },
         5 => Message::Accepted { tile: any() },
         6 => Message::Lost { block: any() },
         7 => Message::Ray(any_bytes().first_chunk().unwrap_or(&[0; RayMessage::BYTES])),
