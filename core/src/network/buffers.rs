@@ -47,7 +47,7 @@ pub enum Site {
 const HOST_PAYLOAD: u16 = 64;
 /// Such packets in a buffer, at most.
 const ENTRY_DEPTH: u16 = 16;
-/// Greatest payload of a packet of requests \[bytes\]: some fetches, or two rays.
+/// Greatest payload of a packet of requests \[bytes\]: some fetches, or two rays; half of it where buffers would hold one, as two on a link keep it busier.
 const REQUEST_PAYLOAD: u16 = 512;
 /// Such packets in a buffer, at most.
 const REQUEST_DEPTH: u16 = 8;
@@ -95,7 +95,7 @@ impl RouterSize {
     #[must_use]
     pub fn payload_of(&self, channel: Channel) -> u16 {
         match channel {
-            Channel::Request => self.payload.min(REQUEST_PAYLOAD),
+            Channel::Request => self.payload.min(self.request_payload()),
             Channel::Reply => self.payload,
         }
     }
@@ -103,11 +103,18 @@ impl RouterSize {
     /// Packets in the buffer of each lane of this channel and port: those of requests take half of the bytes of replies, or less.
     #[must_use]
     pub fn depth_of(&self, channel: Channel) -> u16 {
-        let half = self.depth.saturating_mul(self.payload / 2 / REQUEST_PAYLOAD);
+        let half = self.depth.saturating_mul(self.payload / 2 / self.request_payload());
         match channel {
             Channel::Request => half.min(REQUEST_DEPTH).max(self.depth),
             Channel::Reply => self.depth,
         }
+    }
+
+    /// The same wherever it is: both ends of a link agree.
+    fn request_payload(&self) -> u16 {
+        // Boards' packets are shorter than both.
+        let is_halved = cfg!(feature = "bundles") && self.node_depth == 1;
+        if is_halved { REQUEST_PAYLOAD / 2 } else { REQUEST_PAYLOAD }
     }
 
     /// Packets in each such buffer at the far end of a link.
