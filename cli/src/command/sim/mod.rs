@@ -3,6 +3,7 @@
 mod cut;
 #[cfg(test)]
 mod fixture;
+mod host;
 mod json;
 mod lost;
 mod options;
@@ -131,6 +132,8 @@ pub(super) fn run(sim: &args::Sim) -> Outcome {
     if !quiet && !to_standard {
         summary::print(&run, &path, &saved)?;
     }
+    let outcome = &done.outcome;
+    failure::note(host::waits(&outcome.report, &outcome.division).as_deref(), quiet);
     failure::note(spared(&done.outcome.report, &options).as_deref(), quiet);
     failure::warn_of_overflows(done.outcome.overflows, quiet);
     match why_incomplete(done.outcome.end, &options) {

@@ -10,7 +10,7 @@ fn topology(text: &str, nodes: u32) -> Topology {
 }
 
 /// A page and JSON of a report made by hand, by a command line.
-fn with_run<T>(line: &str, end: End, what: impl FnOnce(&Run<'_>) -> T) -> T {
+pub(super) fn with_run<T>(line: &str, end: End, what: impl FnOnce(&Run<'_>) -> T) -> T {
     let words = ["kiloray", "sim", "cornell", "--width=4", "--height=4"];
     let words = words.into_iter().chain(line.split_whitespace());
     let command = args::Arguments::try_parse_from(words).unwrap().command;

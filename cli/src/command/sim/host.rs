@@ -1,0 +1,84 @@
+//! A word on runs whose nodes wait for the host more than for anything else.
+
+use kiloray_core::shade::Sum;
+use kiloray_sim::{MeshOptions, Report};
+
+use super::lost::lost;
+use crate::console::percent;
+
+/// There is a note where more than this part of the time is lost so.
+const WORTH: f64 = 1.0 / 3.0;
+/// The sums of a tile that is advised take this part of the memory at most.
+const TILE_PART: u64 = 8;
+/// A group that is advised, and the nodes from which it gains.
+const GROUP: u16 = 16;
+const MANY_NODES: u16 = 512;
+
+/// What would make nodes wait less for the host's answers, where they waited much for them.
+pub(super) fn waits(report: &Report, division: &MeshOptions) -> Option<String> {
+    let losses = lost(report, None);
+    let part = losses.iter().find(|loss| loss.name == "master")?.part;
+    if part <= WORTH {
+        return None;
+    }
+    let mut ways = Vec::new();
+    ways.extend(larger_tile(division).map(|side| format!("--tile {side}")));
+    if division.group == 0 && division.topology.nodes() >= MANY_NODES {
+        ways.push(format!("--group {GROUP}"));
+    }
+    if ways.is_empty() {
+        ways.push("fewer --nodes".to_owned());
+    }
+    Some(format!(
+        "nodes waited for the host's answers {} of the time, as there is little to do in a tile: give {}",
+        percent(part),
+        ways.join(" or "),
+    ))
+}
+
+/// Twice the side, where there is such a tile for each node, and memory for it.
+fn larger_tile(division: &MeshOptions) -> Option<u64> {
+    let side = 2 * u64::from(division.tile?);
+    let (area, pixels) = (side * side, u64::from(division.width) * u64::from(division.height));
+    let is_for_all = area * u64::from(division.topology.nodes()) <= pixels;
+    let fits = area * size_of::<Sum>() as u64 * TILE_PART <= division.memory as u64;
+    (is_for_all && fits).then_some(side)
+}
+
+#[cfg(test)]
+mod tests {
+    use kiloray_core::network::Topology;
+
+    use super::*;
+    use crate::command::sim::{fixture, tests::with_run};
+
+    /// What is said of a run by a command line whose nodes waited for the host this part of a millisecond.
+    fn said(line: &str, part: f64) -> Option<String> {
+        with_run(line, kiloray_sim::End::Complete, |run| {
+            let division = MeshOptions { tile: Some(4), width: 64, height: 64, ..run.options.mesh };
+            let mut report = fixture::report(&Topology::parse("line", 2).unwrap());
+            for node in &mut report.nodes {
+                node.time.idle_master = (part * report.virtual_ns as f64) as u64;
+            }
+            waits(&report, &division)
+        })
+    }
+
+    #[test]
+    fn larger_tiles_and_groups_are_advised_where_there_can_be_some() {
+        for (line, advice) in [
+            ("--nodes 64 --memory 64KiB", "give --tile 8"),
+            ("--nodes 65 --memory 64KiB", "give fewer --nodes"),
+            ("--nodes 64 --memory 11KiB", "give fewer --nodes"),
+            ("--nodes 1024 --memory 64KiB", "give --group 16"),
+            ("--nodes 1024 --memory 64KiB --group 8", "give fewer --nodes"),
+        ] {
+            assert_eq!(said(line, 0.33), None, "{line}");
+            let said = said(line, 0.34).unwrap_or_else(|| panic!("{line}: nothing"));
+            assert!(
+                said.contains("34.0 % of the time") && said.ends_with(advice),
+                "{line}: {said}"
+            );
+        }
+    }
+}
