@@ -112,9 +112,7 @@ impl RouterSize {
 
     /// The same wherever it is: both ends of a link agree.
     fn request_payload(&self) -> u16 {
-        // Boards' packets are shorter than both.
-        let is_halved = cfg!(feature = "bundles") && self.node_depth == 1;
-        if is_halved { REQUEST_PAYLOAD / 2 } else { REQUEST_PAYLOAD }
+        if self.node_depth == 1 { REQUEST_PAYLOAD / 2 } else { REQUEST_PAYLOAD }
     }
 
     /// Packets in each such buffer at the far end of a link.
