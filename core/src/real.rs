@@ -105,7 +105,7 @@ pub trait Real:
         -self + 1.0
     }
 
-    /// [`Real::greater`] than a number.
+    /// [`Number::greater`] than a number.
     #[inline(always)]
     #[must_use]
     fn at_least(self, x: f32) -> Self {
