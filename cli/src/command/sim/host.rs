@@ -1,7 +1,7 @@
 //! A word on runs whose nodes wait for the host more than for anything else.
 
 use kiloray_core::shade::Sum;
-use kiloray_sim::{MeshOptions, Report};
+use kiloray_sim::{Faults, MeshOptions, Report};
 
 use super::lost::lost;
 use crate::console::percent;
@@ -14,8 +14,11 @@ const TILE_PART: u64 = 8;
 const GROUP: u16 = 16;
 const MANY_NODES: u16 = 512;
 
-/// What would make nodes wait less for the host's answers, where they waited much for them.
-pub(super) fn waits(report: &Report, division: &MeshOptions) -> Option<String> {
+/// What would make nodes wait less for the host's answers, where they waited much for them; of a run with faults these are the reason.
+pub(super) fn waits(report: &Report, division: &MeshOptions, faults: &Faults) -> Option<String> {
+    if faults.of_links() || !faults.slow.is_empty() || !faults.crashes.is_empty() {
+        return None;
+    }
     let losses = lost(report, None);
     let part = losses.iter().find(|loss| loss.name == "master")?.part;
     if part <= WORTH {
@@ -60,7 +63,7 @@ mod tests {
             for node in &mut report.nodes {
                 node.time.idle_master = (part * report.virtual_ns as f64) as u64;
             }
-            waits(&report, &division)
+            waits(&report, &division, &run.options.faults)
         })
     }
 
@@ -74,6 +77,9 @@ mod tests {
             ("--nodes 1024 --memory 64KiB --group 8", "give fewer --nodes"),
         ] {
             assert_eq!(said(line, 0.33), None, "{line}");
+            for fault in ["--jitter 1us", "--slow 1:9", "--crash 1@1us"] {
+                assert_eq!(said(&format!("{line} {fault}"), 0.34), None, "{line} {fault}");
+            }
             let said = said(line, 0.34).unwrap_or_else(|| panic!("{line}: nothing"));
             assert!(
                 said.contains("34.0 % of the time") && said.ends_with(advice),

@@ -133,7 +133,10 @@ pub(super) fn run(sim: &args::Sim) -> Outcome {
         summary::print(&run, &path, &saved)?;
     }
     let outcome = &done.outcome;
-    failure::note(host::waits(&outcome.report, &outcome.division).as_deref(), quiet);
+    failure::note(
+        host::waits(&outcome.report, &outcome.division, &options.faults).as_deref(),
+        quiet,
+    );
     failure::note(spared(&done.outcome.report, &options).as_deref(), quiet);
     failure::warn_of_overflows(done.outcome.overflows, quiet);
     match why_incomplete(done.outcome.end, &options) {
