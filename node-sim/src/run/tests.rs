@@ -299,12 +299,20 @@ fn letters(nodes: u32) -> impl Strategy<Value = Vec<Letter>> {
     let place = move || (0..=nodes).prop_map(move |p| if p == nodes { HOST.0 } else { p as u16 });
     let letter = (0_u64..100_000, place(), place(), any::<bool>(), 4..=PAYLOAD);
     let letter = letter.prop_map(|(at, from, to, reply, len)| {
-        // A packet of requests is shorter.
-        let (channel, most) =
-            if reply { (Channel::Reply, PAYLOAD) } else { (Channel::Request, 512) };
-        Letter { at, from, to, channel, len: len.min(most) }
+        let channel = if reply { Channel::Reply } else { Channel::Request };
+        Letter { at, from, to, channel, len }
     });
     prop::collection::vec(letter, 1..300)
+}
+
+/// The same letters, as long as buffers of so many packets take: those of requests are shorter.
+fn fitting(letters: &[Letter], depth: u16) -> Vec<Letter> {
+    let most = |channel| match channel {
+        Channel::Reply => PAYLOAD,
+        Channel::Request if depth == 1 => 256,
+        Channel::Request => 512,
+    };
+    letters.iter().map(|l| Letter { len: l.len.min(most(l.channel)), ..*l }).collect()
 }
 
 fn traffic() -> impl Strategy<Value = ((&'static str, u32), Vec<Letter>)> {
@@ -321,6 +329,7 @@ proptest! {
         cut_through: bool,
         work in 0_u32..2000,
     ) {
+        let letters = fitting(&letters, depth);
         let mut settings = settings();
         if !cut_through {
             settings.link.switching = Switching::StoreAndForward;
@@ -345,6 +354,7 @@ proptest! {
         seed: u64,
         jitter in 0_u64..5000,
     ) {
+        let letters = fitting(&letters, depth);
         let mut settings = settings();
         settings.seed = seed;
         settings.faults.loss = Rate { count: 1, of: 20 };
