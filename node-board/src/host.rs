@@ -1,7 +1,7 @@
 //! The host beside a mesh on the same board: it gives tiles, takes sums, and writes the pixels.
 
 use kiloray_core::network::{Channel, HOST, Mesh, Router, RouterSize};
-use kiloray_core::protocol::{Items, Message, write};
+use kiloray_core::protocol::{Items, Message, unpack, write};
 use kiloray_core::render::Tiling;
 use kiloray_core::shade::{Shader, Sum};
 use kiloray_core::store::{Arena, ArenaFull};
@@ -80,8 +80,11 @@ impl<'a> Host<'a> {
                         *given += count;
                         Message::Grant { number, first, count, wait: 0 }
                     }
-                    Message::Pixels { tile, first, sums } => {
-                        match enter(tiling, shader, pixels, there, (tile, first), sums) {
+                    Message::Pixels { tile, first, width, sums } => {
+                        let sums = unpack(sums, width);
+                        match sums.and_then(|sums| {
+                            enter(tiling, shader, pixels, there, (tile, first), sums)
+                        }) {
                             Some(true) => {
                                 *done += 1;
                                 Message::Accepted { tile }
@@ -117,14 +120,12 @@ fn enter(
     pixels: &mut Pixels,
     there: &mut [u32; TILES],
     (place, first): (u32, u32),
-    sums: &[u8],
+    sums: impl Iterator<Item = Sum>,
 ) -> Option<bool> {
     let settings = shader.settings();
     let tile = tiling.shuffled(place, settings.seed)?;
     let mut next = first;
-    for sum in sums.as_chunks::<{ size_of::<Sum>() }>().0 {
-        let channels = sum.as_chunks::<8>().0;
-        let sum = Sum([0, 1, 2].map(|i| channels.get(i).map_or(0, |c| i64::from_le_bytes(*c))));
+    for sum in sums {
         let (x, y) = (tile.x + next % tile.width, tile.y + next / tile.width);
         let pixel = pixels.get_mut((y * SIZE + x) as usize)?;
         *pixel = shader.unit().resolve(sum, settings.samples).to_array();
