@@ -53,9 +53,8 @@ fn channel(bytes: &[u8]) -> i64 {
 mod tests {
     use super::*;
     use proptest::prelude::*;
-    use std::vec::Vec;
 
-    fn packed(sums: &[Sum]) -> (u8, Vec<u8>) {
+    fn packed(sums: &[Sum]) -> (u8, std::vec::Vec<u8>) {
         let mut room = sums.to_vec();
         let width = pack(&mut room);
         let len = 3 * usize::from(width) * sums.len();
@@ -67,9 +66,9 @@ mod tests {
         fn sums_come_as_they_were(
             sums in prop::collection::vec((any::<[i64; 3]>(), 0_u32..64), 0..40),
         ) {
-            let sums: Vec<_> = sums.iter().map(|(sum, by)| Sum(sum.map(|x| x >> by))).collect();
+            let sums: std::vec::Vec<_> = sums.iter().map(|(sum, by)| Sum(sum.map(|x| x >> by))).collect();
             let (width, bytes) = packed(&sums);
-            prop_assert_eq!(unpack(&bytes, width).unwrap().collect::<Vec<_>>(), sums);
+            prop_assert_eq!(unpack(&bytes, width).unwrap().collect::<std::vec::Vec<_>>(), sums);
         }
     }
 
@@ -82,7 +81,7 @@ mod tests {
             assert_eq!(packed(&sums).0, width, "{x}");
         }
         assert_eq!(packed(&[Sum([1, -2, 300])]), (2, [1, 0, 254, 255, 44, 1].to_vec()));
-        assert_eq!(packed(&[]), (1, Vec::new()));
+        assert_eq!(packed(&[]), (1, std::vec::Vec::new()));
     }
 
     #[test]
