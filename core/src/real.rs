@@ -10,9 +10,9 @@
 mod rows;
 mod vector;
 
-pub(crate) use self::rows::Rows;
 #[cfg(feature = "bundles")]
-pub(crate) use self::rows::{Row, at, put, set};
+pub(crate) use self::rows::{Row, at, set};
+pub(crate) use self::rows::{Rows, put};
 pub use self::vector::Vector;
 use core::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Neg, Not, Shl, Shr, Sub};
 

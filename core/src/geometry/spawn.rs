@@ -152,10 +152,8 @@ impl SurfacePoint {
     /// The box of the two places, one on each side, where rays from here begin.
     #[must_use]
     pub fn origins(&self) -> Aabb {
-        [1.0, -1.0]
-            .map(|side| self.base.origin(side))
-            .into_iter()
-            .fold(Aabb::EMPTY, |both, origin| both.with(origin.into()))
+        let [above, below] = [1.0, -1.0].map(|side| self.base.origin(side).into());
+        Aabb::EMPTY.with(above).with(below)
     }
 
     #[cfg_attr(feature = "bundles", inline(always))]

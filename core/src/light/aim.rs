@@ -4,7 +4,7 @@ use super::flat::Flat;
 use super::lamp::Lamp;
 #[cfg(feature = "bundles")]
 use super::plane::Glance;
-use super::plane::Plane;
+use super::plane::{Plane, center};
 use super::sphere::Ball;
 use crate::geometry::rounding::UNIT_ROUNDOFF;
 use crate::material::Surface;
@@ -342,10 +342,9 @@ impl Aim {
         let position = Vec3::from(light.position);
         let (u, v) = (Vec3::from(light.u), Vec3::from(light.v));
         match LightKind::from_u32(light.kind) {
-            Some(LightKind::Parallelogram) => position + (u + v) * 0.5,
-            Some(LightKind::Triangle) => position + (u + v) * (1.0 / 3.0),
             Some(LightKind::Distant) => u,
-            _ => position,
+            Some(kind) => center(kind, position, u, v),
+            None => position,
         }
     }
 }

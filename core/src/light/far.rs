@@ -2,7 +2,7 @@ use super::Dark;
 use super::aim::{Aim, takes};
 use crate::material::Surface;
 #[cfg(feature = "bundles")]
-use crate::real::LANES;
+use crate::real::{self, LANES};
 use crate::real::{Real, Vector};
 use crate::scene::{Light, LightKind};
 #[cfg(feature = "bundles")]
@@ -139,9 +139,7 @@ impl Far<f32> {
             [c.x, c.y, c.z, p.x, p.y, p.z, n.x, n.y, n.z, radius2, part, reach, brightest]
         });
         for (row, number) in rows.iter_mut().zip(numbers) {
-            if let Some(place) = row.get_mut(lane) {
-                *place = number;
-            }
+            real::set(row, lane, number);
         }
     }
 }

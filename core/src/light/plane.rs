@@ -49,11 +49,12 @@ impl Plane {
     pub(super) fn new(kind: LightKind, position: Vec3, u: Vec3, v: Vec3) -> Option<Self> {
         let (normal, area) = plane(kind, u, v)?;
         let (a, b) = (libm::sqrtf(u.dot(u)), libm::sqrtf(v.dot(v)));
-        let (center, radius) = match kind {
-            LightKind::Parallelogram => (position + (u + v) * 0.5, 0.5 * (a + b)),
-            LightKind::Triangle => (position + (u + v) * (1.0 / 3.0), a.max(b)),
-            _ => (position, a),
+        let radius = match kind {
+            LightKind::Parallelogram => 0.5 * (a + b),
+            LightKind::Triangle => a.max(b),
+            _ => a,
         };
+        let center = center(kind, position, u, v);
         let size = position.abs().max_element() + a + b;
         Some(Self { kind, position, u, v, center, normal, area, radius, size })
     }
@@ -83,6 +84,16 @@ impl Plane {
         let solid_angle =
             (cos * self.area / (nearest * nearest).greater(square * 0.25)).at_most(2.0 * PI);
         Glance { height, distance, nearest, solid_angle, above: to.dot(normal), square }
+    }
+}
+
+/// The centre of such a shape; of another its position.
+#[inline(always)]
+pub(super) fn center(kind: LightKind, position: Vec3, u: Vec3, v: Vec3) -> Vec3 {
+    match kind {
+        LightKind::Parallelogram => position + (u + v) * 0.5,
+        LightKind::Triangle => position + (u + v) * (1.0 / 3.0),
+        _ => position,
     }
 }
 

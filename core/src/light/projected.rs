@@ -1,6 +1,6 @@
 use super::plane::Plane;
 use crate::elementary::angle;
-use crate::real::{Bits, LANES, Mask, Real, Vector};
+use crate::real::{self, Bits, LANES, Mask, Real, Vector};
 use crate::scene::LightKind;
 use crate::trace::{Kernel, Lanes, Tracer};
 use core::f32::consts::PI;
@@ -144,12 +144,7 @@ impl Kernel for Edges<'_> {
                 (polygon.corner(number.plus(3)), polygon.corner(number));
             let normal = Vector::same(to.x, normal);
             let (part, is_low) = edge(from, to, normal, to.x.same(height));
-            let mut found = [0.0; LANES];
-            part.store(&mut found);
-            let places = parts.iter_mut().skip(first).take(L::Real::COUNT);
-            for (to, part) in places.zip(found) {
-                *to = part;
-            }
+            real::put(parts, first, part);
             *low |= is_low.lanes();
         }
     }
