@@ -337,13 +337,18 @@ fn top(file: &KiloView<'_>, options: &MeshOptions) -> u32 {
 
 /// The greatest side with which every node has some tiles, and which the memory holds.
 fn side(options: &MeshOptions) -> u32 {
-    let nodes = options.topology.nodes();
-    let pixels = u64::from(options.width) * u64::from(options.height);
-    let fits = |side: &u32| {
-        let area = u64::from(side * side);
-        let sums = area as usize * size_of::<shade::Sum>();
-        pixels >= area * u64::from(TILES_PER_NODE) * u64::from(nodes)
-            && sums <= options.memory / TILE_PART
-    };
+    let fits = |side: &u32| options.has_tiles(*side, TILES_PER_NODE);
     SIDES.into_iter().find(fits).unwrap_or(SIDES[SIDES.len() - 1])
+}
+
+impl MeshOptions {
+    /// Whether the picture has so many tiles of this side for each node, whose sums the memory holds.
+    #[must_use]
+    pub fn has_tiles(&self, side: u32, per_node: u32) -> bool {
+        let (area, nodes) = (u64::from(side) * u64::from(side), self.topology.nodes());
+        let pixels = u64::from(self.width) * u64::from(self.height);
+        let sums = area * size_of::<shade::Sum>() as u64;
+        pixels >= area * u64::from(per_node) * u64::from(nodes)
+            && sums <= (self.memory / TILE_PART) as u64
+    }
 }

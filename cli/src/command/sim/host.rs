@@ -1,6 +1,5 @@
 //! A word on runs whose nodes wait for the host more than for anything else.
 
-use kiloray_core::shade::Sum;
 use kiloray_sim::{Faults, MeshOptions, Report};
 
 use super::lost::lost;
@@ -8,8 +7,6 @@ use crate::console::percent;
 
 /// There is a note where more than this part of the time is lost so.
 const WORTH: f64 = 1.0 / 3.0;
-/// The sums of a tile that is advised take this part of the memory at most.
-const TILE_PART: u64 = 8;
 /// A group that is advised, and the nodes from which it gains.
 const GROUP: u16 = 16;
 const MANY_NODES: u16 = 512;
@@ -40,12 +37,9 @@ pub(super) fn waits(report: &Report, division: &MeshOptions, faults: &Faults) ->
 }
 
 /// Twice the side, where there is such a tile for each node, and memory for it.
-fn larger_tile(division: &MeshOptions) -> Option<u64> {
-    let side = 2 * u64::from(division.tile?);
-    let (area, pixels) = (side * side, u64::from(division.width) * u64::from(division.height));
-    let is_for_all = area * u64::from(division.topology.nodes()) <= pixels;
-    let fits = area * size_of::<Sum>() as u64 * TILE_PART <= division.memory as u64;
-    (is_for_all && fits).then_some(side)
+fn larger_tile(division: &MeshOptions) -> Option<u32> {
+    let side = 2 * u32::from(division.tile?);
+    division.has_tiles(side, 1).then_some(side)
 }
 
 #[cfg(test)]
