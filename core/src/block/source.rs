@@ -61,7 +61,7 @@ impl BlockSource for KiloView<'_> {
     }
 }
 
-impl<S: BlockSource> BlockSource for &mut S {
+impl<S: BlockSource + ?Sized> BlockSource for &mut S {
     type Error = S::Error;
 
     #[inline(always)]

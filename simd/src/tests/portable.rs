@@ -4,7 +4,7 @@ use std::cell::Cell;
 
 use glam::Vec3;
 use kiloray_core::block::format::{BlockHeader, Node, Record, order_of};
-use kiloray_core::block::{BlockSource, BlockView, ExpandedNode, ExpandedTop, SPHERES};
+use kiloray_core::block::{BlockView, ExpandedNode, ExpandedTop, SPHERES};
 use kiloray_core::geometry::{PreparedRay, Ray};
 use kiloray_core::trace::{
     Batch, Beam, Bundle, Crossings, Cursor, Filled, GROUP, Group, Kind, Lanes, Met, Places, Quad,
@@ -15,7 +15,7 @@ use proptest::test_runner::TestRunner;
 
 use super::shared::scenes::{Random, clutter, no_rays, rays};
 use super::shared::writer::{Blocks, write};
-use super::shared::{Grown, OneFrame, Resident, Topped};
+use super::shared::{Grown, OneFrame, Resident, Source, Topped, erased};
 use crate::{Auto, Avx2, Portable};
 
 /// Any numbers: of a size that matters, of all sizes, and those at the ends.
@@ -299,22 +299,24 @@ fn traced(tracer: Auto, blocks: &Blocks, grown: &Grown, rays: &[Ray]) -> Vec<Str
     let mut all = vec![];
     let mut cursor = Cursor::new();
     for ray in rays {
-        let (resident, top) = (&mut Resident(blocks), &mut Topped(Resident(blocks), grown.top()));
+        let (mut resident, mut top) = (Resident(blocks), Topped(Resident(blocks), grown.top()));
+        let [resident, top] = &mut [erased(&mut resident), erased(&mut top)];
         let hits = (
             tracer.closest(&mut cursor, resident, ray),
             tracer.closest(&mut cursor, top, ray),
-            tracer.closest(&mut cursor, &mut OneFrame::new(blocks), ray),
+            tracer.closest(&mut cursor, &mut erased(&mut OneFrame::new(blocks)), ray),
             tracer.any(&mut cursor, resident, ray),
         );
         all.push(format!("{hits:?} {:?}", cursor.take_visited()));
     }
     bundled(tracer, &mut Resident(blocks), rays, &mut all);
-    bundled(tracer, &mut OneFrame::new(blocks), rays, &mut all);
+    bundled(tracer, &mut erased(&mut OneFrame::new(blocks)), rays, &mut all);
     bundled(tracer, &mut Topped(Resident(blocks), grown.top()), rays, &mut all);
     all
 }
 
-fn bundled(tracer: Auto, source: &mut impl BlockSource, rays: &[Ray], all: &mut Vec<String>) {
+fn bundled(tracer: Auto, mut source: Source<'_>, rays: &[Ray], all: &mut Vec<String>) {
+    let source = &mut source;
     let (mut room, mut batch) = (Bundle::new(), Batch::new());
     for rays in rays.chunks(64) {
         let (mut hits, mut found) = (vec![None; rays.len()], vec![false; rays.len()]);

@@ -2,9 +2,9 @@ use std::vec::Vec;
 
 use super::scenes::{Random, clutter, no_rays, rays};
 use super::writer::{Blocks, Item, write};
-use super::{Grown, OneFrame, Resident, Topped, brute, check, sort};
+use super::{Grown, OneFrame, Resident, Source, Topped, brute, check, erased, sort};
 use crate::block::ExpandedTop;
-use crate::block::{BlockSource, NoBlock, SPHERES};
+use crate::block::SPHERES;
 use crate::geometry::{Hit, Ray};
 use crate::trace::{Batch, Cursor, Scalar, Tracer};
 
@@ -28,7 +28,7 @@ fn compare(tracer: impl Tracer, blocks: &Blocks, items: &[Item], rays: &[Ray]) {
         for top in tops {
             asks(tracer, &mut cursor, &mut Topped(Resident(blocks), top), ray, &expected);
         }
-        assert_eq!(tracer.closest(&mut cursor, &mut cached, ray), Ok(closest));
+        assert_eq!(tracer.closest(&mut cursor, &mut erased(&mut cached), ray), Ok(closest));
     }
     assert!(cached.fetches > 0);
     batches(tracer, blocks, &tops, items, rays);
@@ -38,10 +38,11 @@ fn compare(tracer: impl Tracer, blocks: &Blocks, items: &[Item], rays: &[Ray]) {
 fn asks(
     tracer: impl Tracer,
     cursor: &mut Cursor,
-    source: &mut impl BlockSource<Error = NoBlock>,
+    mut source: Source<'_>,
     ray: &Ray,
     expected: &[Hit],
 ) {
+    let source = &mut source;
     let closest = expected.first().copied();
     assert_eq!(tracer.closest(cursor, source, ray), Ok(closest), "{ray:?}");
     assert_eq!(tracer.any(cursor, source, ray), Ok(closest.is_some()));
@@ -70,22 +71,35 @@ fn batches(
     for part in [rays.len(), 1, 5] {
         let (mut hits, mut found) = (std::vec![None; part], std::vec![true; part]);
         let rays = &rays[..part];
-        tracer.closest_batch(&mut room, &mut Resident(blocks), rays, &mut hits).unwrap();
+        tracer
+            .closest_batch(&mut room, &mut erased(&mut Resident(blocks)), rays, &mut hits)
+            .unwrap();
         assert_eq!(hits, expected[..part]);
-        tracer.any_batch(&mut room, &mut Resident(blocks), rays, &mut found).unwrap();
+        tracer.any_batch(&mut room, &mut erased(&mut Resident(blocks)), rays, &mut found).unwrap();
         assert_eq!(found, any[..part]);
-        tracer.closest_batch(&mut room, &mut OneFrame::new(blocks), rays, &mut hits).unwrap();
+        tracer
+            .closest_batch(&mut room, &mut erased(&mut OneFrame::new(blocks)), rays, &mut hits)
+            .unwrap();
         assert_eq!(hits, expected[..part]);
-        tracer.any_batch(&mut room, &mut OneFrame::new(blocks), rays, &mut found).unwrap();
+        tracer
+            .any_batch(&mut room, &mut erased(&mut OneFrame::new(blocks)), rays, &mut found)
+            .unwrap();
         assert_eq!(found, any[..part]);
     }
     let (mut hits, mut found) = (std::vec![None; rays.len()], std::vec![true; rays.len()]);
     for &top in tops {
         tracer
-            .closest_batch(&mut room, &mut Topped(Resident(blocks), top), rays, &mut hits)
+            .closest_batch(
+                &mut room,
+                &mut erased(&mut Topped(Resident(blocks), top)),
+                rays,
+                &mut hits,
+            )
             .unwrap();
         assert_eq!(hits, expected);
-        tracer.any_batch(&mut room, &mut Topped(Resident(blocks), top), rays, &mut found).unwrap();
+        tracer
+            .any_batch(&mut room, &mut erased(&mut Topped(Resident(blocks), top)), rays, &mut found)
+            .unwrap();
         assert_eq!(found, any);
     }
 }
@@ -138,15 +152,24 @@ pub(crate) fn no_ray_hits(tracer: impl Tracer) {
     let blocks = write(&items, 1 << 12, 4, 99);
     let mut cursor = Cursor::new();
     for ray in no_rays() {
-        assert_eq!(tracer.closest(&mut cursor, &mut Resident(&blocks), &ray), Ok(None), "{ray:?}");
-        assert_eq!(tracer.any(&mut cursor, &mut Resident(&blocks), &ray), Ok(false));
+        assert_eq!(
+            tracer.closest(&mut cursor, &mut erased(&mut Resident(&blocks)), &ray),
+            Ok(None),
+            "{ray:?}"
+        );
+        assert_eq!(tracer.any(&mut cursor, &mut erased(&mut Resident(&blocks)), &ray), Ok(false));
     }
     let mut room = crate::trace::Bundle::new();
     for lead in rays(&items, 60, &mut random) {
         for (t_min, t_max) in [(f32::NAN, f32::INFINITY), (0.0, f32::NAN)] {
             let none = [Ray { t_min, t_max, ..lead }; 16];
             let mut hits = [None; 16];
-            let traced = tracer.closest_bundle(&mut room, &mut Resident(&blocks), &none, &mut hits);
+            let traced = tracer.closest_bundle(
+                &mut room,
+                &mut erased(&mut Resident(&blocks)),
+                &none,
+                &mut hits,
+            );
             assert_eq!((traced, hits), (Ok(()), [None; 16]));
         }
     }

@@ -7,8 +7,8 @@ use proptest::prelude::*;
 
 use super::scenes::{Random, clutter, rays};
 use super::writer::{Blocks, write};
-use super::{OneFrame, Resident};
-use crate::block::{BlockSource, BlockView, SPHERES};
+use super::{OneFrame, Resident, erased};
+use crate::block::{BlockSource, BlockView, NoBlock, SPHERES};
 use crate::geometry::{Hit, Primitive, Ray};
 use crate::trace::{BUNDLE, Batch, Bundle, Cursor, Query, Scalar, Tracer, Whole};
 
@@ -74,7 +74,8 @@ pub(crate) fn agree(tracer: impl Tracer) {
             }
             // Bundle behind bundle, they are a batch: of some rays that go the same way, and others.
             let mut hits = std::vec![None; all.len()];
-            let (room, source) = (&mut Batch::new(), &mut Resident(&blocks));
+            let mut resident = Resident(&blocks);
+            let (room, source) = (&mut Batch::new(), &mut erased(&mut resident));
             tracer.closest_batch(room, source, &all, &mut hits).unwrap();
             assert_eq!(hits, expected);
         }
@@ -84,30 +85,31 @@ pub(crate) fn agree(tracer: impl Tracer) {
 
 fn compare(tracer: impl Tracer, blocks: &Blocks, rays: &[Ray]) -> Vec<Option<Hit>> {
     let (mut cursor, mut room) = (Cursor::new(), Bundle::new());
-    let single = |ray| tracer.closest(&mut cursor, &mut Resident(blocks), ray).unwrap();
+    let single =
+        |ray| tracer.closest(&mut cursor, &mut erased(&mut Resident(blocks)), ray).unwrap();
     let expected: Vec<Option<Hit>> = rays.iter().map(single).collect();
     let any: Vec<bool> = expected.iter().map(Option::is_some).collect();
     // What was there before must not matter.
     let mut hits: Vec<Option<Hit>> = expected.iter().rev().copied().collect();
     let mut found = std::vec![true; rays.len()];
-    tracer.closest_bundle(&mut room, &mut Resident(blocks), rays, &mut hits).unwrap();
+    tracer.closest_bundle(&mut room, &mut erased(&mut Resident(blocks)), rays, &mut hits).unwrap();
     for ((hit, expected), ray) in hits.iter().zip(&expected).zip(rays) {
         assert_eq!(hit, expected, "{ray:?}");
         let bits = |hit: &Option<Hit>| hit.map(|h| [h.t, h.b1, h.b2].map(f32::to_bits));
         assert_eq!(bits(hit), bits(expected));
     }
-    tracer.any_bundle(&mut room, &mut Resident(blocks), rays, &mut found).unwrap();
+    tracer.any_bundle(&mut room, &mut erased(&mut Resident(blocks)), rays, &mut found).unwrap();
     assert_eq!(found, any);
     // All hits, each shown once.
     let mut all: Vec<All> = rays.iter().map(|_| All(std::vec![])).collect();
-    tracer.query_bundle(&mut room, &mut Resident(blocks), rays, &mut all).unwrap();
+    tracer.query_bundle(&mut room, &mut erased(&mut Resident(blocks)), rays, &mut all).unwrap();
     for (All(mut found), ray) in all.into_iter().zip(rays) {
         let mut expected = std::vec![];
         let visit = |hit: &Hit| {
             expected.push(*hit);
             false
         };
-        tracer.every(&mut cursor, &mut Resident(blocks), ray, visit).unwrap();
+        tracer.every(&mut cursor, &mut erased(&mut Resident(blocks)), ray, visit).unwrap();
         for hits in [&mut found, &mut expected] {
             hits.sort_by_key(|hit| (hit.t.to_bits(), hit.material, place(hit)));
         }
@@ -115,19 +117,25 @@ fn compare(tracer: impl Tracer, blocks: &Blocks, rays: &[Ray]) -> Vec<Option<Hit
     }
     let part = rays.len() / 2;
     hits.fill(None);
-    tracer.closest_bundle(&mut room, &mut OneFrame::new(blocks), rays, &mut hits[..part]).unwrap();
+    tracer
+        .closest_bundle(&mut room, &mut erased(&mut OneFrame::new(blocks)), rays, &mut hits[..part])
+        .unwrap();
     assert_eq!(hits[..part], expected[..part]);
     assert_eq!(hits[part..], std::vec![None; rays.len() - part]);
     // Hits without a ray are left alone.
     found.fill(true);
-    tracer.any_bundle(&mut room, &mut Resident(blocks), &rays[..part], &mut found).unwrap();
+    tracer
+        .any_bundle(&mut room, &mut erased(&mut Resident(blocks)), &rays[..part], &mut found)
+        .unwrap();
     assert_eq!(found[..part], any[..part]);
     assert!(found[part..].iter().all(|&found| found));
     // What is visited does not depend on the bundles before either.
     let mut visited = |room: &mut Bundle| {
         room.take_visited();
         hits.fill(None);
-        tracer.closest_bundle(room, &mut Resident(blocks), &rays[..part], &mut hits).unwrap();
+        tracer
+            .closest_bundle(room, &mut erased(&mut Resident(blocks)), &rays[..part], &mut hits)
+            .unwrap();
         room.take_visited()
     };
     assert_eq!(visited(&mut room), visited(&mut Bundle::new()));
@@ -161,12 +169,12 @@ struct Part<'a> {
 }
 
 impl BlockSource for Part<'_> {
-    type Error = u32;
+    type Error = NoBlock;
 
-    fn block(&mut self, block: u32) -> Result<BlockView<'_>, u32> {
+    fn block(&mut self, block: u32) -> Result<BlockView<'_>, NoBlock> {
         let here = Random(self.seed ^ u64::from(block)).below(256) < self.of_256;
         let bytes = self.blocks.get(block).filter(|_| here);
-        bytes.map(BlockView::trusted).ok_or(block)
+        bytes.map(BlockView::trusted).ok_or(NoBlock(block))
     }
 }
 
@@ -192,30 +200,34 @@ pub(crate) fn stop_and_go_on(tracer: impl Tracer, seed: u64, of_256: u32) {
         let mut rays = neighbours(&lead, &mut random);
         rays.truncate(BUNDLE);
         let mut hits = std::vec![None; rays.len()];
-        let whole = tracer.closest_bundle(&mut room, &mut source, &rays, &mut hits);
+        let whole = tracer.closest_bundle(&mut room, &mut erased(&mut source), &rays, &mut hits);
         let mut stopped = 0;
         for ((i, ray), hit) in rays.iter().enumerate().zip(&hits) {
-            let expected = tracer.closest(&mut cursor, &mut Resident(&blocks), ray).unwrap();
+            let expected =
+                tracer.closest(&mut cursor, &mut erased(&mut Resident(&blocks)), ray).unwrap();
             let found = match room.stopped(i) {
                 None => *hit,
                 Some(trail) => {
                     stopped += 1;
                     assert!(source.block(trail.block()).is_err());
-                    let all = &mut Resident(&blocks);
-                    tracer.continue_closest(&mut cursor, all, ray, *hit, &trail).unwrap()
+                    let mut all = Resident(&blocks);
+                    tracer
+                        .continue_closest(&mut cursor, &mut erased(&mut all), ray, *hit, &trail)
+                        .unwrap()
                 }
             };
             assert_eq!(found, expected, "{ray:?}");
         }
         assert_eq!(whole.is_err(), stopped > 0);
         let mut found = std::vec![false; rays.len()];
-        let _ = tracer.any_bundle(&mut room, &mut source, &rays, &mut found);
+        let _ = tracer.any_bundle(&mut room, &mut erased(&mut source), &rays, &mut found);
         for ((i, ray), found) in rays.iter().enumerate().zip(&found) {
-            let expected = tracer.any(&mut cursor, &mut Resident(&blocks), ray).unwrap();
+            let expected =
+                tracer.any(&mut cursor, &mut erased(&mut Resident(&blocks)), ray).unwrap();
             let found = *found
                 || room.stopped(i).is_some_and(|trail| {
-                    let all = &mut Resident(&blocks);
-                    tracer.continue_any(&mut cursor, all, ray, &trail).unwrap()
+                    let mut all = Resident(&blocks);
+                    tracer.continue_any(&mut cursor, &mut erased(&mut all), ray, &trail).unwrap()
                 });
             assert_eq!(found, expected, "{ray:?}");
         }

@@ -1,11 +1,12 @@
 use super::scenes::{Random, clutter, rays};
 use super::writer::write;
-use super::{Grown, Resident, Topped, limits};
-use crate::block::{BlockError, BlockSource, BlockView, SPHERES};
+use super::{Grown, Resident, Source, Topped, erased, limits};
+use crate::block::{BlockError, BlockView, SPHERES};
 use crate::trace::{Cursor, Scalar, TraceError, Tracer};
 
 /// Traces whatever the bytes say: it must end, without a panic.
-fn trace(source: &mut impl BlockSource, random: &mut Random) {
+fn trace(mut source: Source<'_>, random: &mut Random) {
+    let source = &mut source;
     let mut cursor = Cursor::new();
     for ray in rays(&[], 3, random) {
         let _ = Scalar.closest(&mut cursor, source, &ray);
@@ -106,7 +107,7 @@ fn blocks_that_refer_to_the_same_nodes_again_and_again_end() {
         blocks.seal(block);
     }
     let ray = &rays(&items, 1, &mut random)[0];
-    let result = Scalar.any(&mut Cursor::new(), &mut Resident(&blocks), ray);
+    let result = Scalar.any(&mut Cursor::new(), &mut erased(&mut Resident(&blocks)), ray);
     assert!(matches!(result, Err(TraceError::Corrupt { .. }) | Ok(true)), "{result:?}");
 }
 

@@ -18,6 +18,14 @@ use crate::block::{
 use crate::geometry::{Hit, PreparedRay, Primitive, Ray};
 use writer::{Blocks, Item};
 
+/// A source of any kind: all that traces is compiled for each type of source, in each of the lanes.
+pub(crate) type Source<'a> = &'a mut (dyn BlockSource<Error = NoBlock> + 'a);
+
+/// Any source, as one of that type.
+pub(crate) fn erased<'a>(source: &'a mut (dyn BlockSource<Error = NoBlock> + 'a)) -> Source<'a> {
+    source
+}
+
 /// All blocks, always.
 pub(crate) struct Resident<'a>(pub(crate) &'a Blocks);
 

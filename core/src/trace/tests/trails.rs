@@ -6,9 +6,9 @@ use proptest::prelude::*;
 
 use super::scenes::{Random, clutter, rays};
 use super::writer::{Blocks, write};
-use super::{Resident, brute, sort};
+use super::{Resident, Source, brute, erased, sort};
 use crate::block::format::DEPTH_MAX;
-use crate::block::{BlockSource, BlockView, SPHERES};
+use crate::block::{BlockSource, BlockView, NoBlock, SPHERES};
 use crate::geometry::{Hit, Ray};
 use crate::trace::{Cursor, Scalar, TraceError, Tracer, Trail};
 
@@ -33,9 +33,9 @@ struct Fickle<'a> {
 }
 
 impl BlockSource for Fickle<'_> {
-    type Error = u32;
+    type Error = NoBlock;
 
-    fn block(&mut self, block: u32) -> Result<BlockView<'_>, u32> {
+    fn block(&mut self, block: u32) -> Result<BlockView<'_>, NoBlock> {
         let fetched = self.fetched == Some(block);
         let here = match self.kind {
             Kind::One => fetched,
@@ -44,12 +44,12 @@ impl BlockSource for Fickle<'_> {
             Kind::Forgets(of) => fetched || self.random.below(256) < u32::from(of),
         };
         if !here {
-            return Err(block);
+            return Err(NoBlock(block));
         }
         if matches!(self.kind, Kind::Forgets(_)) {
             self.fetched = None;
         }
-        self.blocks.get(block).map(BlockView::trusted).ok_or(block)
+        self.blocks.get(block).map(BlockView::trusted).ok_or(NoBlock(block))
     }
 }
 
@@ -83,14 +83,14 @@ const STOPS_MAX: usize = 20_000;
 /// One continuation after the other, with a cursor that knows nothing of the ray, until it ends. Returns how often it was stopped.
 fn parked<R>(
     source: &mut Fickle<'_>,
-    mut go_on: impl FnMut(&mut Cursor, &mut Fickle<'_>, &Trail) -> Result<R, TraceError<u32>>,
+    mut go_on: impl FnMut(&mut Cursor, &mut Source<'_>, &Trail) -> Result<R, TraceError<NoBlock>>,
 ) -> (R, usize) {
     let mut cursor = Cursor::new();
     let mut trail = Trail::START;
     for stops in 0..STOPS_MAX {
-        match go_on(&mut cursor, source, &trail) {
+        match go_on(&mut cursor, &mut erased(source), &trail) {
             Ok(result) => return (result, stops),
-            Err(TraceError::Source(block)) => {
+            Err(TraceError::Source(NoBlock(block))) => {
                 assert_eq!(cursor.trail().block(), block);
                 assert_ne!((stops > 0).then_some(cursor.trail()), Some(trail), "no progress");
                 trail = cursor.trail();
@@ -112,7 +112,8 @@ pub(crate) fn agree(case: &Case, one: impl Tracer, other: impl Tracer) {
         |seed| Fickle { blocks: &blocks, kind: case.kind, fetched: None, random: Random(seed) };
     let nesting = usize::from(BlockView::trusted(blocks.get(0).unwrap()).header().nesting);
     for ray in rays(&items, 12, &mut random) {
-        let resident = &mut Resident(&blocks);
+        let mut resident = Resident(&blocks);
+        let resident = &mut erased(&mut resident);
         let mut cursor = Cursor::new();
         let seed = random.bits();
         // For each child: on the way back to it, each block of the path may be missing, and then its own.
@@ -189,7 +190,10 @@ pub(crate) fn hostile(case: &Case, damage: &[(usize, u8)], bytes: [u8; 20], trac
         let missing = random.below(blocks.count());
         let mut source = Resident(&blocks);
         let mut cursor = Cursor::new();
-        let _ = tracer.every(&mut cursor, &mut Without(&mut source, missing), ray, |_| false);
+        let _ =
+            tracer.every(&mut cursor, &mut erased(&mut Without(&mut source, missing)), ray, |_| {
+                false
+            });
         let mut bytes: [u8; 20] = bytemuck::cast(cursor.trail());
         trails.push(cursor.trail());
         for &(at, with) in damage {
@@ -200,7 +204,8 @@ pub(crate) fn hostile(case: &Case, damage: &[(usize, u8)], bytes: [u8; 20], trac
     for ray in &rays {
         for trail in &trails {
             let mut cursor = Cursor::new();
-            let source = &mut Resident(&blocks);
+            let mut resident = Resident(&blocks);
+            let source = &mut erased(&mut resident);
             let _ = tracer.continue_closest(&mut cursor, source, ray, None, trail);
             let _ = tracer.continue_any(&mut cursor, source, ray, trail);
             let _ = tracer.continue_every(&mut cursor, source, ray, trail, |_| false);
@@ -215,13 +220,13 @@ pub(crate) fn hostile(case: &Case, damage: &[(usize, u8)], bytes: [u8; 20], trac
 struct Without<'a>(&'a mut Resident<'a>, u32);
 
 impl BlockSource for Without<'_> {
-    type Error = u32;
+    type Error = NoBlock;
 
-    fn block(&mut self, block: u32) -> Result<BlockView<'_>, u32> {
+    fn block(&mut self, block: u32) -> Result<BlockView<'_>, NoBlock> {
         if block == self.1 {
-            return Err(block);
+            return Err(NoBlock(block));
         }
-        self.0.block(block).map_err(|_| block)
+        self.0.block(block)
     }
 }
 
@@ -261,7 +266,7 @@ fn what_was_visited_is_counted() {
     };
     let mut cursor = Cursor::new();
     for rays in 1..4 {
-        Scalar.every(&mut cursor, &mut Resident(&blocks), &ray, |_| false).unwrap();
+        Scalar.every(&mut cursor, &mut erased(&mut Resident(&blocks)), &ray, |_| false).unwrap();
         let visited = cursor.visited();
         assert_eq!([visited.nodes, visited.leaves, visited.blocks], [rays; 3]);
     }
