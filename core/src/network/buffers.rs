@@ -161,79 +161,46 @@ impl RouterSize {
         usize::from(self.ports).saturating_sub(usize::from(self.is_at(Site::Entry)))
     }
 
-    /// Packets in all queues.
-    #[must_use]
-    pub fn slots(&self) -> usize {
-        self.all(2, packets)
-    }
-
     /// Packets that it can hold: those of lanes that the topology has.
     #[must_use]
     pub fn packets(&self) -> usize {
-        self.all(self.classes.clamp(1, 2).into(), packets)
+        self.all(packets)
     }
 
     /// What a router takes of an arena \[bytes\].
     #[must_use]
     pub fn arena_bytes(&self) -> usize {
-        Arena::bytes_of::<Slot>(self.slots())
+        Arena::bytes_of::<Slot>(self.packets())
             .saturating_add(Arena::bytes_of::<Fifo>(self.queues()))
+            .saturating_add(Arena::bytes_of::<Place>(self.queues()))
             .saturating_add(Arena::bytes_of::<PortState>(usize::from(self.ports)))
             .saturating_add(Arena::bytes_of::<u8>(self.bytes()))
     }
 
-    /// Bytes of payloads. Lanes of a class that the topology does not have take none.
+    /// Bytes of payloads.
     #[must_use]
     pub fn bytes(&self) -> usize {
-        self.all(self.classes.clamp(1, 2).into(), bytes)
-    }
-
-    /// Packets of the queues before this one.
-    pub(super) fn slots_before(&self, queue: usize) -> usize {
-        self.before(queue, 2, packets)
-    }
-
-    /// Bytes of the payloads of the queues before this one.
-    pub(super) fn bytes_before(&self, queue: usize) -> usize {
-        self.before(queue, self.classes.clamp(1, 2).into(), bytes)
-    }
-
-    /// What the queues before this one take where each port has queues of so many classes.
-    fn before(&self, queue: usize, classes: usize, of: fn((u16, u16)) -> usize) -> usize {
-        let (port, lane) = (queue / LANES, Lane::of_queue(queue));
-        let class = usize::from(lane.class()).min(classes - 1);
-        let [requests, replies] = Channel::ALL.map(|channel| of(self.buffers(port, channel)));
-        if port >= usize::from(self.ports) {
-            let before = match lane.channel() {
-                Channel::Request => 0,
-                Channel::Reply => requests,
-            };
-            return self.of_ports(classes, of) + before;
-        }
-        let before = match lane.channel() {
-            Channel::Request => class * requests,
-            Channel::Reply => classes * requests + class * replies,
-        };
-        port * self.of_port(0, classes, of) + before
+        self.all(bytes)
     }
 
     /// What all queues take.
-    fn all(&self, classes: usize, of: fn((u16, u16)) -> usize) -> usize {
-        self.of_ports(classes, of) + self.of_port(self.ports.into(), 1, of)
-    }
-
-    /// What the queues of all ports take.
-    fn of_ports(&self, classes: usize, of: fn((u16, u16)) -> usize) -> usize {
+    fn all(&self, of: fn((u16, u16)) -> usize) -> usize {
         let plain = self.plain_ports();
-        let entry = if self.is_at(Site::Entry) { self.of_port(plain, classes, of) } else { 0 };
-        plain * self.of_port(0, classes, of) + entry
+        let others = (plain..=self.ports.into()).map(|port| self.of_port(port, of));
+        plain * self.of_port(0, of) + others.sum::<usize>()
     }
 
     /// What the queues of a port take, or those of the node itself, behind the last.
     #[cfg_attr(not(feature = "bundles"), inline(never))]
-    fn of_port(&self, port: usize, classes: usize, of: fn((u16, u16)) -> usize) -> usize {
-        let [requests, replies] = Channel::ALL.map(|channel| of(self.buffers(port, channel)));
-        classes * (requests + replies)
+    fn of_port(&self, port: usize, of: fn((u16, u16)) -> usize) -> usize {
+        Lane::ALL.iter().map(|&lane| of(self.lane(port, lane))).sum()
+    }
+
+    /// The buffers of a lane; none where there is no such lane.
+    fn lane(&self, port: usize, lane: Lane) -> (u16, u16) {
+        let classes = if port < usize::from(self.ports) { self.classes } else { 1 };
+        let exists = lane.class() < classes.clamp(1, 2);
+        if exists { self.buffers(port, lane.channel()) } else { (0, 0) }
     }
 }
 
@@ -257,6 +224,32 @@ pub(super) struct Slot {
     /// The class of its next hop.
     pub(super) class: u8,
     pub(super) priority: u8,
+}
+
+/// Where the packets of a queue lie.
+#[derive(Debug, Clone, Copy, Pod, Zeroable)]
+#[repr(C)]
+pub(super) struct Place {
+    /// The first of its slots.
+    pub(super) slots: u32,
+    /// The first byte of the first payload.
+    pub(super) bytes: u32,
+    /// Packets that it can hold.
+    pub(super) depth: u16,
+    /// Greatest payload of one of them \[bytes\].
+    pub(super) payload: u16,
+}
+
+impl Place {
+    /// A slot.
+    pub(super) const fn slot(self, at: usize) -> usize {
+        self.slots as usize + at
+    }
+
+    /// The first byte of the payload of a slot.
+    pub(super) const fn byte(self, at: usize) -> usize {
+        self.bytes as usize + at * self.payload as usize
+    }
 }
 
 /// As a port: no hop any more.
@@ -305,10 +298,12 @@ impl Default for Fifo {
 /// The buffers of a router: slices of its [`RouterSize`].
 #[derive(Debug)]
 pub(super) struct RouterMemory<'a> {
-    /// [`RouterSize::slots`].
+    /// [`RouterSize::packets`].
     pub(super) slots: &'a mut [Slot],
     /// [`RouterSize::queues`].
     pub(super) fifos: &'a mut [Fifo],
+    /// Likewise.
+    pub(super) places: &'a mut [Place],
     /// [`RouterSize::ports`].
     pub(super) ports: &'a mut [PortState],
     /// [`RouterSize::bytes`].
@@ -319,12 +314,20 @@ impl<'a> RouterMemory<'a> {
     /// Empty buffers; of the ports the state is not set.
     pub(super) fn carve(arena: &mut Arena<'a>, size: &RouterSize) -> Result<Self, ArenaFull> {
         let memory = Self {
-            slots: arena.carve(size.slots())?,
+            slots: arena.carve(size.packets())?,
             fifos: arena.carve(size.queues())?,
+            places: arena.carve(size.queues())?,
             ports: arena.carve(usize::from(size.ports))?,
             bytes: arena.carve(size.bytes())?,
         };
         memory.fifos.fill(Fifo::default());
+        let (mut slots, mut bytes) = (0, 0);
+        for (place, queue) in memory.places.iter_mut().zip(0..) {
+            let (depth, payload) = size.lane(queue / LANES, Lane::of_queue(queue));
+            *place = Place { slots, bytes, depth, payload };
+            slots += u32::from(depth);
+            bytes += u32::from(depth) * u32::from(payload);
+        }
         Ok(memory)
     }
 }

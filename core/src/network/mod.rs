@@ -11,6 +11,7 @@
 mod buffers;
 mod credit;
 mod grid;
+mod heads;
 mod mesh;
 mod packet;
 mod parse;

@@ -1,5 +1,6 @@
 use bytemuck::{Pod, Zeroable};
 
+use super::heads::Heads;
 use super::packet::{LANES, Lane, PacketHeader};
 use super::{CreditReceiver, CreditSender, NodeId, Port, RouterSize, Sequence};
 
@@ -7,14 +8,14 @@ use super::{CreditReceiver, CreditSender, NodeId, Port, RouterSize, Sequence};
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
 pub(super) struct PortState {
+    /// Queues whose heads leave by this port next: of most ports there is none to look for.
+    pub(super) waiting: Heads,
     pub(super) senders: [CreditSender; LANES],
     pub(super) receivers: [CreditReceiver; LANES],
     /// The limits that the far end was last told.
     told: [Sequence; LANES],
     /// The queue after the one that was served last.
     pub(super) turn: u16,
-    /// Queues whose heads leave by this port next: of most ports there is none to look for.
-    pub(super) waiting: u16,
     /// Why a control packet is to be sent: 0, [`TELL`] or [`ASK`].
     pub(super) control: u8,
     /// 1 if a link is joined to it.
@@ -33,11 +34,11 @@ impl PortState {
         let receivers = Lane::ALL.map(|lane| CreditReceiver::new(depth(lane)));
         let far_depth = |lane: Lane| far.map_or(0, |far| size.depth_at(far, lane.channel()));
         Self {
+            waiting: Heads::NONE,
             senders: Lane::ALL.map(|lane| CreditSender::new(far_depth(lane))),
             receivers,
             told: receivers.map(|receiver| receiver.limit()),
             turn: 0,
-            waiting: 0,
             control: 0,
             joined: u8::from(far.is_some()),
         }

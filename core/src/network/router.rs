@@ -1,4 +1,7 @@
-use super::buffers::{ARRIVED, RouterMemory, RouterSize, Slot};
+use bytemuck::Zeroable;
+
+use super::buffers::{ARRIVED, Place, RouterMemory, RouterSize, Slot};
+use super::heads::Heads;
 use super::packet::{Channel, LANES, Lane, PacketHeader};
 use super::port::{ASK, PortState, TELL};
 use super::{Arrival, Mesh, NodeId, Port, Sequence};
@@ -44,7 +47,7 @@ pub struct Router<'a> {
     /// The queue after the one that was consumed last, by channel.
     turns: [u16; Channel::ALL.len()],
     /// Queues whose heads have arrived.
-    arrived: u16,
+    arrived: Heads,
     /// See [`take_changed`](Self::take_changed).
     changed: u64,
     /// See [`take_news`](Self::take_news).
@@ -77,7 +80,7 @@ impl<'a> Router<'a> {
             holds: false,
             held: [0; Channel::ALL.len()],
             turns: [0; Channel::ALL.len()],
-            arrived: 0,
+            arrived: Heads::NONE,
             changed: 0,
             news: false,
             #[cfg(test)]
@@ -190,7 +193,7 @@ impl<'a> Router<'a> {
     #[must_use]
     pub fn may_send(&self, port: Port) -> bool {
         let state = self.memory.ports.get(usize::from(port.0));
-        state.is_some_and(|state| state.waiting > 0 || state.owes_credit())
+        state.is_some_and(|state| !state.waiting.is_empty() || state.owes_credit())
     }
 
     /// Whether [`transmit`](Self::transmit) has something to send by a port now.
@@ -203,7 +206,7 @@ impl<'a> Router<'a> {
     /// Greatest payload of a packet of the node's own of a channel \[bytes\].
     #[must_use]
     pub fn payload_of(&self, channel: Channel) -> usize {
-        self.payload(self.own_queue(channel))
+        self.place(self.own_queue(channel)).payload.into()
     }
 
     /// Packets that [`inject`](Self::inject) takes now.
@@ -224,7 +227,7 @@ impl<'a> Router<'a> {
         let Some(lane) = Lane::from_u8(header.lane) else { return Received::Bad };
         let exists = self.mesh.contains(header.to());
         let queue = self.queue(usize::from(port.0), lane);
-        if payload.len() > self.payload(queue)
+        if payload.len() > usize::from(self.place(queue).payload)
             || lane.class() >= self.size.classes
             || header.kind == PacketHeader::DATA && !exists
         {
@@ -276,9 +279,7 @@ impl<'a> Router<'a> {
         if let Some(turn) = self.turns.get_mut(channel as usize) {
             *turn = queue.wrapping_add(1) as u16;
         }
-        if self.arrived > 1 {
-            self.pass_over(|at, fifo| at != queue && fifo.port == ARRIVED && is_of(at, channel));
-        }
+        self.pass_over(self.arrived, (ARRIVED, Some(channel)), queue);
         self.pop(queue);
     }
 
@@ -325,9 +326,8 @@ impl<'a> Router<'a> {
     /// Packets that the buffers of a port can hold.
     #[must_use]
     pub fn buffers(&self, port: Port) -> u32 {
-        let depth = |channel| u32::from(self.size.buffers(port.0.into(), channel).0);
-        let depths = Channel::ALL.map(depth);
-        depths.iter().sum::<u32>().saturating_mul(u32::from(self.size.classes.clamp(1, 2)))
+        let first = usize::from(port.0).saturating_mul(LANES);
+        self.memory.places.iter().skip(first).take(LANES).map(|place| u32::from(place.depth)).sum()
     }
 
     /// Packets in all buffers.
@@ -353,11 +353,9 @@ impl<'a> Router<'a> {
             ..state.header(PacketHeader::DATA)
         };
         state.control = 0;
-        let others = state.waiting > 1;
+        let waiting = state.waiting;
         head.copy_from_slice(bytemuck::bytes_of(&header));
-        if others {
-            self.pass_over(|at, fifo| at != queue && fifo.port == port.0);
-        }
+        self.pass_over(waiting, (port.0, None), queue);
         self.pop(queue);
         Some(len)
     }
@@ -406,13 +404,13 @@ impl<'a> Router<'a> {
 
     fn slot_at_head(&self, queue: usize) -> Option<&Slot> {
         let fifo = self.memory.fifos.get(queue).filter(|fifo| fifo.len > 0)?;
-        self.memory.slots.get(self.slot(queue, usize::from(fifo.first)))
+        self.memory.slots.get(self.place(queue).slot(fifo.first.into()))
     }
 
     fn head(&self, queue: usize) -> Option<(Slot, &[u8])> {
         let slot = *self.slot_at_head(queue)?;
         let first = self.memory.fifos.get(queue)?.first;
-        let at = self.bytes_at(queue, usize::from(first));
+        let at = self.place(queue).byte(first.into());
         Some((slot, self.memory.bytes.get(at..at.checked_add(usize::from(slot.len))?)?))
     }
 
@@ -445,21 +443,21 @@ impl<'a> Router<'a> {
             class: hop.map_or(0, |hop| hop.class),
             priority,
         };
-        let depth = self.depth(queue);
+        let lies = self.place(queue);
+        let depth = usize::from(lies.depth);
         let fifo = self.memory.fifos.get(queue).copied().ok_or(Busy)?;
-        if usize::from(fifo.len) >= depth || len > self.payload(queue) {
+        if usize::from(fifo.len) >= depth || len > usize::from(lies.payload) {
             return Err(Busy);
         }
         // Less than twice the depth: the head lies below it, and fewer packets than that are here.
         let place = usize::from(fifo.first) + usize::from(fifo.len);
         let place = if place < depth { place } else { place - depth };
-        let at = self.bytes_at(queue, place);
+        let at = lies.byte(place);
         let room = self.memory.bytes.get_mut(at..).and_then(|room| room.get_mut(..len));
         if let Some(known) = room.ok_or(Busy)?.get_mut(..payload.len()) {
             known.copy_from_slice(payload);
         }
-        let index = self.slot(queue, place);
-        *self.memory.slots.get_mut(index).ok_or(Busy)? = slot;
+        *self.memory.slots.get_mut(lies.slot(place)).ok_or(Busy)? = slot;
         if let Some(fifo) = self.memory.fifos.get_mut(queue) {
             fifo.len += 1;
             fifo.peak = fifo.peak.max(fifo.len);
@@ -472,7 +470,7 @@ impl<'a> Router<'a> {
 
     /// Frees the head of a queue, and gives its credit back to the link it came by.
     fn pop(&mut self, queue: usize) {
-        let depth = self.depth(queue);
+        let depth = usize::from(self.place(queue).depth);
         let Some(fifo) = self.memory.fifos.get_mut(queue).filter(|fifo| fifo.len > 0) else {
             return;
         };
@@ -501,11 +499,12 @@ impl<'a> Router<'a> {
         if let Some(fifo) = self.memory.fifos.get_mut(queue) {
             let (before, after) = fifo.set_head(head.as_ref());
             if before != after {
+                let queues = self.size.queues();
                 if let Some(waiting) = self.waiting(before) {
-                    *waiting = waiting.saturating_sub(1);
+                    waiting.remove(queue, queues);
                 }
                 if let Some(waiting) = self.waiting(after) {
-                    *waiting = waiting.saturating_add(1);
+                    waiting.insert(queue);
                 }
             }
         }
@@ -516,30 +515,18 @@ impl<'a> Router<'a> {
         }
     }
 
-    /// The number of queues whose heads are to go there.
-    fn waiting(&mut self, port: u16) -> Option<&mut u16> {
+    /// The queues whose heads are to go there.
+    fn waiting(&mut self, port: u16) -> Option<&mut Heads> {
         if port == ARRIVED {
             return Some(&mut self.arrived);
         }
         self.memory.ports.get_mut(usize::from(port)).map(|state| &mut state.waiting)
     }
 
-    /// Packets that a queue can hold.
-    fn depth(&self, queue: usize) -> usize {
-        self.size.buffers(queue / LANES, queue_lane(queue).channel()).0.into()
-    }
-
-    /// Greatest payload of the packets of a queue.
-    fn payload(&self, queue: usize) -> usize {
-        self.size.buffers(queue / LANES, queue_lane(queue).channel()).1.into()
-    }
-
-    fn slot(&self, queue: usize, place: usize) -> usize {
-        self.size.slots_before(queue) + place
-    }
-
-    fn bytes_at(&self, queue: usize, place: usize) -> usize {
-        self.size.bytes_before(queue) + place * self.payload(queue)
+    /// Where the packets of a queue lie.
+    #[cfg_attr(not(feature = "bundles"), inline(never))]
+    fn place(&self, queue: usize) -> Place {
+        self.memory.places.get(queue).copied().unwrap_or(Place::zeroed())
     }
 }
 

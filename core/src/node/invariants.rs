@@ -18,7 +18,7 @@ impl<W: World> Node<'_, W> {
         self.check_roots();
         self.check_fetches();
         #[cfg(test)]
-        self.router.check_counts();
+        self.router.check_heads();
         let inbox = [self.inbox_at, self.inbox_len, self.inbox.len()];
         debug_assert!(
             inbox.is_sorted(),

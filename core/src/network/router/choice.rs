@@ -1,7 +1,8 @@
 //! Which packet goes next.
 
 use super::super::buffers::{ARRIVED, Fifo};
-use super::{Channel, Lane, Port, Router};
+use super::super::heads::Heads;
+use super::{Channel, Lane, Port, Router, is_of};
 
 /// What leaves next by a port.
 pub(super) struct Sent {
@@ -13,7 +14,8 @@ pub(super) struct Sent {
 impl Router<'_> {
     /// The queue whose head leaves by this port next, and the lane it takes there.
     pub(super) fn next_for(&self, port: Port) -> Option<Sent> {
-        let state = self.memory.ports.get(usize::from(port.0)).filter(|state| state.waiting > 0)?;
+        let state =
+            self.memory.ports.get(usize::from(port.0)).filter(|state| !state.waiting.is_empty())?;
         let lane = |queue, fifo: &Fifo| Lane::new(self.channel_of(queue), fifo.class);
         let has_credit = |queue, fifo: &Fifo| {
             state.senders.get(lane(queue, fifo).index()).is_some_and(|s| s.available() > 0)
@@ -25,7 +27,7 @@ impl Router<'_> {
     }
 
     pub(super) fn arrived_queue(&self, channel: Channel) -> Option<usize> {
-        if self.arrived == 0 {
+        if self.arrived.is_empty() {
             return None;
         }
         let turn = self.turns.get(channel as usize).copied().unwrap_or_default();
@@ -33,16 +35,16 @@ impl Router<'_> {
         self.most_urgent(heads, turn, |queue, _| self.carries(queue, channel))
     }
 
-    /// Of the queues whose heads go there, so many in all, the one with the most urgent head; among equals the first from that whose turn it is.
+    /// Of the queues whose heads go there, the one with the most urgent head; among equals the first from that whose turn it is.
     fn most_urgent(
         &self,
-        (port, mut heads): (u16, u16),
+        (port, heads): (u16, Heads),
         turn: u16,
         is_one: impl Fn(usize, &Fifo) -> bool,
     ) -> Option<usize> {
-        let queues = self.memory.fifos.get(..self.size.queues())?;
         let mut best: Option<(u8, bool, usize)> = None;
-        for (queue, fifo) in queues.iter().enumerate() {
+        for queue in heads.queues(self.size.queues()) {
+            let fifo = self.memory.fifos.get(queue)?;
             if fifo.port != port {
                 continue;
             }
@@ -50,25 +52,25 @@ impl Router<'_> {
             if best.is_none_or(|best| order < best) && is_one(queue, fifo) {
                 best = Some(order);
             }
-            heads = heads.saturating_sub(1);
-            if heads == 0 {
-                break;
-            }
         }
         best.map(|(.., queue)| queue)
     }
 
-    /// Another packet went before the heads of these queues.
-    pub(super) fn pass_over(&mut self, is_one: impl Fn(usize, &Fifo) -> bool) {
-        for queue in 0..self.size.queues() {
-            let Some(fifo) = self.memory.fifos.get(queue) else { break };
-            if fifo.len == 0 || !is_one(queue, fifo) {
+    /// The head of a queue goes before the others that go the same way, of its channel alone if there is one.
+    pub(super) fn pass_over(
+        &mut self,
+        heads: Heads,
+        (port, channel): (u16, Option<Channel>),
+        first: usize,
+    ) {
+        for queue in heads.queues(self.size.queues()) {
+            let place = self.place(queue);
+            let Some(fifo) = self.memory.fifos.get_mut(queue) else { break };
+            let is_one = fifo.port == port && channel.is_none_or(|of| is_of(queue, of));
+            if queue == first || !is_one {
                 continue;
             }
-            let head = self.slot(queue, usize::from(fifo.first));
-            if let (Some(fifo), Some(slot)) =
-                (self.memory.fifos.get_mut(queue), self.memory.slots.get_mut(head))
-            {
+            if let Some(slot) = self.memory.slots.get_mut(place.slot(fifo.first.into())) {
                 slot.priority = slot.priority.saturating_sub(1);
                 fifo.priority = slot.priority;
             }

@@ -60,30 +60,32 @@ impl Router<'_> {
 
     /// The packets of a queue, the oldest first.
     fn packets(&self, queue: usize) -> impl Iterator<Item = &Slot> {
-        let (depth, fifo) = (self.depth(queue), self.memory.fifos.get(queue));
+        let (lies, fifo) = (self.place(queue), self.memory.fifos.get(queue));
+        let depth = usize::from(lies.depth);
         let (first, len) = fifo.map_or((0, 0), |f| (usize::from(f.first), usize::from(f.len)));
         let place = move |at: usize| first.saturating_add(at).checked_rem(depth);
-        let slot = move |at| self.memory.slots.get(self.slot(queue, place(at)?));
+        let slot = move |at| self.memory.slots.get(lies.slot(place(at)?));
         (0..len).filter_map(slot)
     }
 
     /// Puts the head of a queue at its end.
     fn rotate(&mut self, queue: usize) {
-        let depth = self.depth(queue);
+        let place = self.place(queue);
+        let depth = usize::from(place.depth);
         let Some(fifo) = self.memory.fifos.get(queue).copied().filter(|f| f.len > 0) else {
             return;
         };
         let (first, len) = (usize::from(fifo.first), usize::from(fifo.len));
         let Some(last) = (first + len).checked_rem(depth) else { return };
         if last != first {
-            let (from, to) = (self.slot(queue, first), self.slot(queue, last));
+            let (from, to) = (place.slot(first), place.slot(last));
             let slot = self.memory.slots.get(from).copied();
             if let (Some(slot), Some(place)) = (slot, self.memory.slots.get_mut(to)) {
                 *place = slot;
             }
             // Byte by byte: this is rare, and `copy_within` can panic where an index has 32 bits.
-            let (from, to) = (self.bytes_at(queue, first), self.bytes_at(queue, last));
-            for i in 0..self.payload(queue) {
+            let (from, to) = (place.byte(first), place.byte(last));
+            for i in 0..usize::from(place.payload) {
                 let byte = self.memory.bytes.get(from.saturating_add(i)).copied();
                 let place = self.memory.bytes.get_mut(to.saturating_add(i));
                 if let (Some(byte), Some(place)) = (byte, place) {
