@@ -15,7 +15,7 @@ use kiloray_core::shade::{PackedHit, Path, PathRay, Sum, Unit};
 use kiloray_core::store::{Arena, CHUNK_BYTES, Chunk};
 use kiloray_core::trace::{Cursor, Scalar, TraceError, Tracer, Trail};
 use kiloray_core::view::Camera;
-use kiloray_render::Ledger;
+use kiloray_mesh::Ledger;
 use kiloray_scene::builtin;
 use kiloray_scene::compile::{Options, compile};
 use kiloray_scene::kilo::KiloFile;

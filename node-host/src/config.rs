@@ -5,7 +5,7 @@ use kiloray_core::node::{Dealing, PointHome, Prefetch, Schedule, ShadowPolicy, T
 use kiloray_core::render::Tiling;
 use kiloray_core::scene::View;
 use kiloray_core::shade;
-use kiloray_render::MeshOptions;
+use kiloray_mesh::MeshOptions;
 use kiloray_scene::regular;
 use serde::{Deserialize, Serialize};
 

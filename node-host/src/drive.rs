@@ -2,7 +2,7 @@ use std::time::{Duration, Instant};
 
 use kiloray_core::network::{NodeId, PacketHeader, Port, Received};
 use kiloray_core::node::{Actor, Lack, Next, Time};
-use kiloray_render::watch::{Sight, Waits, Watch};
+use kiloray_mesh::watch::{Sight, Waits, Watch};
 use serde::{Deserialize, Serialize};
 
 use crate::{Event, Job, Place, Transport};

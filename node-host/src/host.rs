@@ -6,8 +6,9 @@ use kiloray_core::block::KiloView;
 use kiloray_core::network::{HOST, Router};
 use kiloray_core::node::{Actor, Next, Time};
 use kiloray_core::store::{Arena, CHUNK_BYTES, Chunk};
-use kiloray_render::watch::Latencies;
-use kiloray_render::{Ledger, LedgerCounts, Picture};
+use kiloray_mesh::watch::Latencies;
+use kiloray_mesh::{Ledger, LedgerCounts};
+use kiloray_render::Picture;
 
 use crate::drive::Drive;
 use crate::supervisor::{Replacement, Supervisor};

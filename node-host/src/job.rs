@@ -7,7 +7,8 @@ use kiloray_core::render::Tiling;
 use kiloray_core::scene::View;
 use kiloray_core::shade::{self, Shader, Tables};
 use kiloray_core::view::Camera;
-use kiloray_render::{MeshLayout, MeshOptions, camera};
+use kiloray_mesh::{MeshLayout, MeshOptions};
+use kiloray_render::camera;
 
 use crate::{Config, Error, Identity, Place};
 

@@ -1,6 +1,6 @@
 use kiloray_core::node::Counts;
 use kiloray_core::store::{Budget, LineBudget};
-use kiloray_render::watch::Waits;
+use kiloray_mesh::watch::Waits;
 use serde::{Deserialize, Serialize};
 
 use crate::{ProcessMemory, Spent};

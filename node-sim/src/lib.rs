@@ -24,7 +24,7 @@ mod tests;
 pub use error::Error;
 /// The picture, and how it is divided among the nodes.
 #[doc(no_inline)]
-pub use kiloray_render::{MeshLayout, MeshOptions};
+pub use kiloray_mesh::{MeshLayout, MeshOptions};
 pub use options::{Control, Crash, Faults, Link, Options, Rate, Slow, Status, Switching};
 pub use outcome::{End, Outcome};
 pub use plan::{least, plan};

@@ -2,7 +2,7 @@ use std::sync::atomic::AtomicBool;
 
 use kiloray_core::network::{NodeId, Topology};
 use kiloray_core::scene::View;
-use kiloray_render::MeshOptions;
+use kiloray_mesh::MeshOptions;
 
 use crate::Profile;
 

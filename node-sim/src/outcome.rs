@@ -1,5 +1,6 @@
 use kiloray_core::network::NodeId;
-use kiloray_render::{MeshOptions, Picture};
+use kiloray_mesh::MeshOptions;
+use kiloray_render::Picture;
 
 use crate::Report;
 

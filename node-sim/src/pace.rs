@@ -2,7 +2,7 @@ use kiloray_core::block::KiloView;
 use kiloray_core::network::{HOST, Mesh, NodeId};
 use kiloray_core::node::Time;
 use kiloray_core::store::BudgetError;
-use kiloray_render::MeshLayout;
+use kiloray_mesh::MeshLayout;
 
 use crate::{Link, Options, Profile};
 

@@ -1,6 +1,6 @@
 use kiloray_core::block::KiloView;
 use kiloray_core::store::BudgetError;
-use kiloray_render::MeshLayout;
+use kiloray_mesh::MeshLayout;
 
 use crate::check::check;
 use crate::pace::layout;

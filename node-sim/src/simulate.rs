@@ -3,11 +3,12 @@ use std::sync::atomic::Ordering;
 
 use kiloray_core::block::KiloView;
 use kiloray_core::network::{HOST, Mesh, NodeId, Router};
-use kiloray_core::node::{Node, Picture, Progress, Time, Work, World};
+use kiloray_core::node::{Picture, Progress, Time, Work};
 use kiloray_core::render::Tiling;
 use kiloray_core::shade::{LightRows, Shader, Tables};
 use kiloray_core::store::{Arena, CHUNK_BYTES, Chunk};
-use kiloray_render::{Ledger, MeshLayout, ThreadScratch, camera};
+use kiloray_mesh::{Ledger, MeshLayout};
+use kiloray_render::{MeshNode, ThreadScratch, camera};
 use kiloray_simd::Auto;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
@@ -29,7 +30,7 @@ const EVENTS_PER_NODE: u64 = 16;
 const EVENTS_PER_STEP: u64 = if cfg!(test) { 1 << 14 } else { 1 << 20 };
 
 /// What the task of a node takes beside the memory that it divides, on this machine \[bytes\].
-pub const TASK_BYTES: usize = size_of::<Node<'static, Picture<'static, Auto, ThreadScratch>>>();
+pub const TASK_BYTES: usize = size_of::<MeshNode<'static>>();
 
 /// Renders a picture of a file in memory on a mesh of simulated nodes.
 ///
@@ -98,7 +99,7 @@ pub(crate) fn with_lanes(
             true => (rom.copied(&mut arena)?, tables.copied(&mut arena)?),
             false => (rom, tables),
         };
-        Node::new(&mut arena, &plan, budget, layout.settings, rom, mesh, world(tables))
+        MeshNode::new(&mut arena, &plan, budget, layout.settings, rom, mesh, world(tables))
     });
     let pool = pool(options, &mesh)?;
     let threads = pool.as_ref().map_or(1, ThreadPool::current_num_threads);
@@ -124,13 +125,9 @@ fn pool(options: &Options, mesh: &Mesh) -> Result<Option<ThreadPool>, Error> {
     Ok(Some(pool).filter(|pool| pool.current_num_threads() > 1))
 }
 
-type SimulatedRun<'m, W> = Run<'m, Node<'m, W>, HostEnd<'m>>;
+type SimulatedRun<'m> = Run<'m, MeshNode<'m>, HostEnd<'m>>;
 
-fn drive<'m, W: World + Send>(
-    run: &mut SimulatedRun<'m, W>,
-    options: &Options,
-    control: &Control<'_>,
-) -> End {
+fn drive(run: &mut SimulatedRun<'_>, options: &Options, control: &Control<'_>) -> End {
     let nodes = run.nodes.len() as u64;
     let paths = run.host.actor.ledger.pixels() * u64::from(options.mesh.settings.samples);
     let mut watchdog = Watchdog::new(EVENTS_PER_STEP * nodes.max(64), paths);
@@ -189,7 +186,7 @@ impl SlowNodes {
     }
 
     /// Takes down how long they have worked, if the run has gone forward.
-    fn note<W: World + Send>(&mut self, run: &SimulatedRun<'_, W>, since: u64) {
+    fn note(&mut self, run: &SimulatedRun<'_>, since: u64) {
         if since == self.since {
             return;
         }
@@ -200,7 +197,7 @@ impl SlowNodes {
     }
 
     /// The slowest that works, or has mostly worked, since the run last went forward: nothing else can be said to have come to a stop.
-    fn awaited<W: World + Send>(&self, run: &SimulatedRun<'_, W>) -> Option<NodeId> {
+    fn awaited(&self, run: &SimulatedRun<'_>) -> Option<NodeId> {
         let waited = run.now.saturating_sub(self.since);
         let works = |&&(slow, before): &&(Slow, u64)| {
             let (worked, now) = run.nodes[usize::from(slow.node.0)].state.worked(run.now);
@@ -210,17 +207,17 @@ impl SlowNodes {
     }
 }
 
-impl<'m, W: World> Actor<'m> for Node<'m, W> {
+impl<'m> Actor<'m> for MeshNode<'m> {
     fn poll(&mut self, now: Time) -> Progress {
-        Node::poll(self, now)
+        self.poll(now)
     }
 
     fn router(&mut self) -> &mut Router<'m> {
-        Node::router(self)
+        (**self).router()
     }
 
     fn stored(&self) -> u32 {
-        Node::stored(self) as u32
+        (**self).stored() as u32
     }
 
     fn rays(&self) -> u64 {
@@ -260,8 +257,8 @@ impl<'m> Actor<'m> for HostEnd<'m> {
     }
 }
 
-fn report<W: World + Send>(
-    run: &mut SimulatedRun<'_, W>,
+fn report(
+    run: &mut SimulatedRun<'_>,
     options: &Options,
     mesh: &Mesh,
     layout: &MeshLayout,

@@ -209,7 +209,7 @@ fn blocks_that_every_node_has_leave_room_for_its_own() {
     let file = scene("sinc:110", 1024);
     let mut options = options(&file, "torus:8x8", 64);
     let tables = Tables::of(&file.view()).arena_bytes();
-    (options.mesh.memory, options.mesh.owned_in_arena) = ((24 << 10) + tables, true);
+    (options.mesh.memory, options.mesh.owned_in_arena) = ((25 << 10) + tables, true);
     let report = same(&file, &options).report;
     let (all, nodes) = (file.view().blocks(), report.nodes.iter());
     assert!(nodes.clone().all(|node| node.owned_blocks <= all.div_ceil(64) + 2));

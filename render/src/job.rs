@@ -60,10 +60,9 @@ pub fn render(
     options: &Options,
     control: &Control<'_>,
 ) -> Result<Rendered, Error> {
-    let lanes = Auto::detect();
     match options.lanes {
-        Lanes::Auto if lanes.are_quick() => with(file, options, control, lanes),
-        Lanes::Auto | Lanes::Scalar => with(file, options, control, Scalar),
+        Lanes::Auto => with(file, options, control, Auto::detect().quickest()),
+        Lanes::Scalar => with(file, options, control, Scalar),
     }
 }
 

@@ -4,26 +4,26 @@
 //! [`Options::memory`], as a single node in an arena of that size, which fetches blocks from the file. The
 //! pixels are the same, to the bit.
 //!
-//! [`Ledger`] is the host of a mesh: it gives out the tiles of a picture and puts it together, over whatever network there is.
+//! [`MeshNode`] is a node of a mesh on this machine, simulated or as a process.
 //!
 //! It is a crate of its own since pictures need no importer, and since it starts threads, which `kiloray-core` and `kiloray-simd` do not.
+//! All of tracing is compiled here, with all lanes: its tests stand beside it, in `tests`, so that they do not compile it once more.
 
 mod error;
 pub mod framing;
 mod job;
 mod mapped;
-mod mesh;
+mod mesh_node;
 mod node;
 mod options;
 mod picture;
+mod scratch;
 mod top;
-
-#[cfg(test)]
-mod tests;
 
 pub use error::{Error, PictureError};
 pub use job::{Control, Rendered, Report, plan, render};
-pub use mesh::{Ledger, LedgerCounts, MeshLayout, MeshOptions, ThreadScratch, watch};
+pub use mesh_node::MeshNode;
 pub use options::{Lanes, Options};
-pub use picture::{Picture, camera};
+pub use picture::{Picture, camera, filled};
+pub use scratch::ThreadScratch;
 pub use top::Top;

@@ -45,7 +45,10 @@ pub fn camera(view: &View, width: u32, height: u32, samples: u32) -> Result<Came
 }
 
 /// The same value for each pixel of a picture, row by row.
-pub(crate) fn filled<T: Clone>(width: u32, height: u32, value: T) -> Result<Vec<T>, PictureError> {
+///
+/// # Errors
+/// [`PictureError`] if there is no such picture.
+pub fn filled<T: Clone>(width: u32, height: u32, value: T) -> Result<Vec<T>, PictureError> {
     let len = pixels(width, height)? as usize;
     let mut all = Vec::new();
     all.try_reserve_exact(len).map_err(|_| PictureError::Size { width, height })?;

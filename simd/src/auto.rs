@@ -1,56 +1,61 @@
 use kiloray_core::block::BlockSource;
-use kiloray_core::trace::{Kernel, Query, Search, TraceError, Tracer};
+use kiloray_core::trace::{Kernel, Lanes, Query, Search, TraceError, Tracer};
 
-use crate::portable::{Portable, fused};
+use crate::Quickest;
+use crate::portable::Portable;
 
 #[cfg(target_arch = "x86_64")]
 use crate::wide::{Avx2, Avx512};
 
-/// Traces with the best lanes that the machine has: eight on any, which do the same work.
+/// Traces with the best lanes that the machine has, and `Else` where it has none of its own: eight on any machine do the same work.
 #[derive(Debug, Clone, Copy)]
-pub struct Auto(Found);
+pub struct Auto<Else = Portable> {
+    wide: Option<Wide>,
+    rest: Else,
+}
 
+/// Lanes of some machines.
 #[derive(Debug, Clone, Copy)]
-enum Found {
+enum Wide {
     #[cfg(target_arch = "x86_64")]
     Avx512(Avx512),
     #[cfg(target_arch = "x86_64")]
     Avx2(Avx2),
-    Portable,
 }
 
 impl Auto {
     /// Finds out what the machine can do.
     #[must_use]
     pub fn detect() -> Self {
-        Self::all().next().unwrap_or(Self(Found::Portable))
+        Self::all().next().unwrap_or(Self { wide: None, rest: Portable })
     }
 
     /// All lanes that the machine has, the best first.
     pub fn all() -> impl Iterator<Item = Self> {
         #[cfg(target_arch = "x86_64")]
-        let wide = [Avx512::detect().map(Found::Avx512), Avx2::detect().map(Found::Avx2)];
+        let wide = [Avx512::detect().map(Wide::Avx512), Avx2::detect().map(Wide::Avx2)];
         #[cfg(not(target_arch = "x86_64"))]
         let wide = [None; 0];
-        wide.into_iter().flatten().chain([Found::Portable]).map(Self)
-    }
-
-    /// Whether they are quicker than [`Scalar`](kiloray_core::trace::Scalar), which does other work. They are not where eight numbers go by twos, for want of an instruction.
-    #[must_use]
-    pub fn are_quick(self) -> bool {
-        !matches!(self.0, Found::Portable) || fused::IS_INSTRUCTION
+        let wide = wide.into_iter().flatten().map(Some);
+        wide.chain([None]).map(|wide| Self { wide, rest: Portable })
     }
 
     /// What it traces with.
     #[must_use]
     pub fn name(self) -> &'static str {
-        match self.0 {
+        match self.wide {
             #[cfg(target_arch = "x86_64")]
-            Found::Avx512(_) => "avx512",
+            Some(Wide::Avx512(_)) => "avx512",
             #[cfg(target_arch = "x86_64")]
-            Found::Avx2(_) => "avx2",
-            Found::Portable => "portable",
+            Some(Wide::Avx2(_)) => "avx2",
+            None => "portable",
         }
+    }
+
+    /// The same, but for what is quickest where the machine has no lanes.
+    #[must_use]
+    pub fn quickest(self) -> Auto<Quickest> {
+        Auto { wide: self.wide, rest: Quickest::default() }
     }
 }
 
@@ -60,7 +65,7 @@ impl Default for Auto {
     }
 }
 
-impl Tracer for Auto {
+impl<Else: Lanes> Tracer for Auto<Else> {
     #[inline]
     fn run<T: Search, S: BlockSource, Q: Query>(
         self,
@@ -69,31 +74,31 @@ impl Tracer for Auto {
         rays: &T::Rays,
         queries: &mut T::Queries<Q>,
     ) -> Result<(), TraceError<S::Error>> {
-        match self.0 {
+        match self.wide {
             // SAFETY: `lanes` proves that the machine has these features.
             #[cfg(target_arch = "x86_64")]
-            Found::Avx512(lanes) => unsafe {
+            Some(Wide::Avx512(lanes)) => unsafe {
                 run_avx512::<T, S, Q>(lanes, room, source, rays, queries)
             },
             // SAFETY: as above.
             #[cfg(target_arch = "x86_64")]
-            Found::Avx2(lanes) => unsafe {
+            Some(Wide::Avx2(lanes)) => unsafe {
                 run_avx2::<T, S, Q>(lanes, room, source, rays, queries)
             },
-            Found::Portable => T::run(Portable, room, source, rays, queries),
+            None => T::run(self.rest, room, source, rays, queries),
         }
     }
 
     #[inline]
     fn compute<K: Kernel>(self, kernel: K) {
-        match self.0 {
+        match self.wide {
             // SAFETY: as above.
             #[cfg(target_arch = "x86_64")]
-            Found::Avx512(lanes) => unsafe { compute_avx512(lanes, kernel) },
+            Some(Wide::Avx512(lanes)) => unsafe { compute_avx512(lanes, kernel) },
             // SAFETY: as above.
             #[cfg(target_arch = "x86_64")]
-            Found::Avx2(lanes) => unsafe { compute_avx2(lanes, kernel) },
-            Found::Portable => kernel.run(Portable),
+            Some(Wide::Avx2(lanes)) => unsafe { compute_avx2(lanes, kernel) },
+            None => kernel.run(self.rest),
         }
     }
 }

@@ -10,7 +10,7 @@ mod portable;
 mod wide;
 
 pub use auto::Auto;
-pub use portable::Portable;
+pub use portable::{Portable, Quickest};
 #[cfg(target_arch = "x86_64")]
 pub use wide::{Avx2, Avx512};
 

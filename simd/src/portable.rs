@@ -13,10 +13,11 @@ use kiloray_core::trace::{
 };
 
 mod boxes;
-pub(crate) mod fused;
+mod fused;
 mod real;
 mod triangles;
 
+pub use fused::Quickest;
 use real::Each;
 
 /// Lanes of any machine.

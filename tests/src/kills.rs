@@ -12,7 +12,8 @@ use kiloray_core::network::Topology;
 use kiloray_core::node::Schedule;
 use kiloray_core::shade::Settings;
 use kiloray_host::{Config, Control, Folder, Supervisor, run_host, run_node, tie};
-use kiloray_render::{Lanes, MeshOptions, Picture};
+use kiloray_mesh::MeshOptions;
+use kiloray_render::{Lanes, Picture};
 use kiloray_scene::kilo::KiloFile;
 use kiloray_scene::{builtin, compile};
 

@@ -2,7 +2,7 @@ use std::{fmt, path::PathBuf, str::FromStr};
 
 use clap::{ArgMatches, Args, ValueEnum, ValueHint, parser::ValueSource};
 use kiloray_core::{network::NODES_MAX, node::Prefetch, render::Tiling};
-use kiloray_render::MeshOptions;
+use kiloray_mesh::MeshOptions;
 use serde::Serialize;
 
 use super::{

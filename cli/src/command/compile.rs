@@ -1,7 +1,7 @@
 use kiloray_core::network::{NodeId, Topology};
 use kiloray_core::node::{Placement, Rom};
 use kiloray_core::scene::Needs;
-use kiloray_render::MeshOptions;
+use kiloray_mesh::MeshOptions;
 use kiloray_scene::{compile::Stats, kilo};
 use serde_json::{Value, json};
 

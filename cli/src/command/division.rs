@@ -3,7 +3,7 @@
 use std::iter::successors;
 
 use kiloray_core::{block::KiloView, network::Topology, node, shade::Settings};
-use kiloray_render::MeshOptions;
+use kiloray_mesh::MeshOptions;
 use serde::Serialize;
 use serde_json::{Value, json};
 

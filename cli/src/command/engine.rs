@@ -7,7 +7,8 @@ use kiloray_core::{
     shade::Settings,
     store::{BudgetError, Line},
 };
-use kiloray_render::{Control, Error, Lanes, MeshOptions, Options, Rendered, framing};
+use kiloray_mesh::MeshOptions;
+use kiloray_render::{Control, Error, Lanes, Options, Rendered, framing};
 
 use super::division;
 use crate::{

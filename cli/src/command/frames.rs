@@ -3,7 +3,8 @@
 use std::iter::successors;
 
 use kiloray_core::{block::KiloView, network::NodeId, node::Time};
-use kiloray_render::{MeshLayout, MeshOptions, Options};
+use kiloray_mesh::{MeshLayout, MeshOptions};
+use kiloray_render::Options;
 
 use crate::args::size::typed;
 

@@ -5,10 +5,11 @@ use std::thread;
 use std::time::Instant;
 
 use kiloray_core::network::{HOST, NodeId, Router, Topology};
-use kiloray_core::node::{Node, Picture, Time};
+use kiloray_core::node::{Picture, Time};
 use kiloray_core::shade::Settings;
 use kiloray_core::store::{Arena, CHUNK_BYTES, Chunk};
-use kiloray_render::{Lanes, MeshOptions};
+use kiloray_mesh::MeshOptions;
+use kiloray_render::{Lanes, MeshNode, ThreadScratch};
 use kiloray_scene::builtin;
 use kiloray_scene::compile::{self, compile};
 use kiloray_scene::kilo::KiloFile;
@@ -65,13 +66,14 @@ fn run_node(job: &Job, file: &KiloFile, here: NodeId, exchange: &Exchange, over:
     let file = file.view();
     let mut chunks = vec![Chunk::ZERO; job.options.memory / CHUNK_BYTES];
     let world =
-        Picture::new(Auto::detect(), job.shader(&file), job.camera, job.tiling(), file.limits());
+        Picture::new(Auto::detect(), job.shader(&file), job.camera, job.tiling(), file.limits())
+            .working_in(ThreadScratch { together: true });
     let at = usize::from(here.0);
     let (plan, budget) = (&job.layout.plans[at], job.layout.budgets[at]);
     let rom = job.layout.rom(&file, here);
     let mut arena = Arena::new(&mut chunks);
     let mut node =
-        Node::new(&mut arena, plan, budget, job.layout.settings, rom, job.mesh, world).unwrap();
+        MeshNode::new(&mut arena, plan, budget, job.layout.settings, rom, job.mesh, world).unwrap();
     let mut wire = exchange.join(Place::new(here));
     let settings = Drive::new(Instant::now(), job, Place::new(here));
     drive(&mut node, &mut wire, &settings, |_, _| over.load(Ordering::Relaxed));

@@ -11,8 +11,8 @@ pub use timeline::{Sample, Timeline};
 pub use totals::Totals;
 
 use kiloray_core::node::{Counts, Kind};
-use kiloray_render::LedgerCounts;
-pub use kiloray_render::watch::{Histogram, HistogramBucket, Latencies, TraceFlow};
+use kiloray_mesh::LedgerCounts;
+pub use kiloray_mesh::watch::{Histogram, HistogramBucket, Latencies, TraceFlow};
 use serde::Serialize;
 
 /// What a run reports.

@@ -2,7 +2,7 @@ use super::packets::{Buffers, Packet};
 use super::timeline;
 use crate::TraceEvent;
 use kiloray_core::network::{NodeId, Port};
-use kiloray_render::watch::Sight;
+use kiloray_mesh::watch::Sight;
 
 /// What places have done: what others must hear of when the window ends, and what is taken down when the round does. It goes from place to place.
 #[derive(Debug, Default)]

@@ -17,7 +17,7 @@ use super::link::LinkState;
 use super::packets::{Packet, Packets};
 use super::{Actor, RunSettings};
 use crate::{CrashReport, FaultReport, NodeTime, TraceEvent};
-use kiloray_render::watch::Sight;
+use kiloray_mesh::watch::Sight;
 
 /// A place of the mesh. It knows nothing of the others but what packets bring.
 pub(crate) struct Place<'m, A> {

@@ -1,4 +1,4 @@
-use kiloray_render::watch::Watch;
+use kiloray_mesh::watch::Watch;
 
 use super::journal::{Journal, Moment, Notes, Span};
 use super::timeline::TimelineRecorder;

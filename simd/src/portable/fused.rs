@@ -1,7 +1,19 @@
 //! A product and a sum with one rounding.
 
-/// Whether the machine that this is compiled for has an instruction for it.
-pub(crate) const IS_INSTRUCTION: bool = cfg!(any(target_feature = "fma", target_arch = "aarch64"));
+cfg_select! {
+    any(target_feature = "fma", target_arch = "aarch64") => {
+        /// Whether the machine that this is compiled for has an instruction for it.
+        const IS_INSTRUCTION: bool = true;
+        /// What is quickest on such a machine, if it has no lanes of its own.
+        pub type Quickest = crate::Portable;
+    }
+    _ => {
+        /// Whether the machine that this is compiled for has an instruction for it.
+        const IS_INSTRUCTION: bool = false;
+        /// What is quickest on such a machine, if it has no lanes of its own: eight numbers go by twos. It does other work than lanes, for the same hits.
+        pub type Quickest = kiloray_core::trace::Scalar;
+    }
+}
 
 /// `a * b + c`, rounded once.
 ///

@@ -18,7 +18,7 @@ use kiloray_core::shade::{SPLITS, Shader, Tables};
 use kiloray_core::store::{Arena, CHUNK_BYTES, Chunk};
 use kiloray_core::trace::Scalar;
 use kiloray_core::view::Camera;
-use kiloray_render::Ledger;
+use kiloray_mesh::Ledger;
 use kiloray_scene::kilo::KiloFile;
 use kiloray_scene::{builtin, compile};
 use link::{Chance, Link};

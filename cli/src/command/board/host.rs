@@ -16,7 +16,7 @@ use kiloray_core::{
     store::{Arena, CHUNK_BYTES, Chunk},
 };
 use kiloray_link::{LinkCounts, Tally};
-use kiloray_render::Ledger;
+use kiloray_mesh::Ledger;
 
 use super::{
     inquiry::Inquiry,

@@ -5,7 +5,7 @@ use kiloray_core::{
     node::{Time, signal},
     protocol::Message,
 };
-use kiloray_render::Ledger;
+use kiloray_mesh::Ledger;
 
 /// How often a node is asked.
 const TRIES: u8 = 3;

@@ -26,7 +26,8 @@ use kiloray_core::{
     shade::{self, Shader, Tables},
     view::Camera,
 };
-use kiloray_render::{Ledger, Options};
+use kiloray_mesh::Ledger;
+use kiloray_render::Options;
 use kiloray_scene::kilo;
 
 pub(super) use self::process::line_node;

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use kiloray_core::node::{Counts, Figures};
-use kiloray_render::Ledger;
+use kiloray_mesh::Ledger;
 use serde_json::{Value, json};
 
 use crate::command::mesh::Line;

@@ -14,7 +14,7 @@ use kiloray_host::{
     Control, LineReport, NodeReport, Outcome as Hosted, ProcessMemory, Spent, Status, Supervisor,
     run_host,
 };
-use kiloray_render::MeshOptions;
+use kiloray_mesh::MeshOptions;
 use prepare::{Prepared, prepare};
 
 use super::{

@@ -3,7 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use kiloray_host::{Config, Folder, Job};
-use kiloray_render::{MeshLayout, MeshOptions, framing};
+use kiloray_mesh::{MeshLayout, MeshOptions};
+use kiloray_render::framing;
 
 use crate::{
     args::{self, Bounds, Common, Division, Top},

@@ -1,6 +1,5 @@
 //! The picture must not depend on the machine: not on memory, blocks, batches, threads or lanes.
 
-use crate::{Control, Error, Lanes, Options, PictureError, Rendered, plan, render};
 use kiloray_core::block::KiloView;
 use kiloray_core::geometry::{Hit, Ray};
 use kiloray_core::material::{OpticalDepth, crossing};
@@ -9,6 +8,7 @@ use kiloray_core::shade::{Counts, Path, Settings, Shader, Sum, Tables, Visibilit
 use kiloray_core::store::{BudgetError, Line};
 use kiloray_core::trace::{Cursor, Scalar, TraceError, Tracer};
 use kiloray_core::view::Camera;
+use kiloray_render::{Control, Error, Lanes, Options, PictureError, Rendered, plan, render};
 use kiloray_scene::compile::{Compiled, compile};
 use kiloray_scene::{builtin, import};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};

@@ -1,11 +1,12 @@
 //! What the ledger answers, message by message.
 
-use crate::{Ledger, PictureError};
+use crate::Ledger;
 use kiloray_core::network::NodeId;
 use kiloray_core::node::Time;
 use kiloray_core::protocol::Message;
 use kiloray_core::render::Tiling;
 use kiloray_core::shade::Unit;
+use kiloray_render::PictureError;
 
 const A: NodeId = NodeId(0);
 const B: NodeId = NodeId(7);

@@ -20,7 +20,6 @@ mod layout;
 mod leases;
 mod ledger;
 mod outbox;
-mod scratch;
 pub mod watch;
 
 #[cfg(test)]
@@ -28,4 +27,3 @@ mod tests;
 
 pub use layout::{MeshLayout, MeshOptions};
 pub use ledger::{Ledger, LedgerCounts};
-pub use scratch::ThreadScratch;

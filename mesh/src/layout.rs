@@ -1,5 +1,4 @@
 use super::Ledger;
-use crate::PictureError;
 use kiloray_core::block::KiloView;
 use kiloray_core::network::{HOST, Mesh, NodeId, PacketHeader, RouterSize, Topology};
 use kiloray_core::node::{
@@ -8,6 +7,7 @@ use kiloray_core::node::{
 };
 use kiloray_core::shade::{self, Shader, Tables};
 use kiloray_core::store::{Arena, Budget, BudgetError};
+use kiloray_render::PictureError;
 
 /// Packets in each buffer at the host's end of a link. All nodes send to it, over two links: with as few as nodes with little memory have, each packet
 /// would wait for the credit of the one before.

@@ -1,12 +1,11 @@
 use super::leases::{Given, Leases};
 use super::outbox::Outbox;
-use crate::picture::filled;
-use crate::{Picture, PictureError};
 use kiloray_core::network::{Channel, NodeId, Router};
 use kiloray_core::node::{Figures, Lack, Next, Time};
 use kiloray_core::protocol::{Items, Message, unpack};
 use kiloray_core::render::{Tile, Tiling};
 use kiloray_core::shade::{Sum, Unit};
+use kiloray_render::{Picture, PictureError, filled};
 use std::collections::BTreeMap;
 
 /// The picture of a mesh and the tiles that it is rendered in, as the host outside keeps them.
