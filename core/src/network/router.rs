@@ -499,11 +499,12 @@ impl<'a> Router<'a> {
         if let Some(fifo) = self.memory.fifos.get_mut(queue) {
             let (before, after) = fifo.set_head(head.as_ref());
             if before != after {
-                let queues = self.size.queues();
-                if let Some(waiting) = self.waiting(before) {
-                    waiting.remove(queue, queues);
+                let Self { memory: RouterMemory { fifos, ports, .. }, arrived, .. } = self;
+                let goes = |at: usize| fifos.get(at).is_some_and(|fifo| fifo.port == before);
+                if let Some(waiting) = waiting(ports, arrived, before) {
+                    waiting.remove(queue, fifos.len(), goes);
                 }
-                if let Some(waiting) = self.waiting(after) {
+                if let Some(waiting) = waiting(ports, arrived, after) {
                     waiting.insert(queue);
                 }
             }
@@ -513,14 +514,6 @@ impl<'a> Router<'a> {
             Some(slot) => self.changed |= port_bit(slot.port),
             None => {}
         }
-    }
-
-    /// The queues whose heads are to go there.
-    fn waiting(&mut self, port: u16) -> Option<&mut Heads> {
-        if port == ARRIVED {
-            return Some(&mut self.arrived);
-        }
-        self.memory.ports.get_mut(usize::from(port)).map(|state| &mut state.waiting)
     }
 
     /// Where the packets of a queue lie.
@@ -534,6 +527,18 @@ mod choice;
 mod gone;
 #[cfg(test)]
 mod state;
+
+/// The queues whose heads are to go there.
+fn waiting<'r>(
+    ports: &'r mut [PortState],
+    arrived: &'r mut Heads,
+    port: u16,
+) -> Option<&'r mut Heads> {
+    if port == ARRIVED {
+        return Some(arrived);
+    }
+    ports.get_mut(usize::from(port)).map(|state| &mut state.waiting)
+}
 
 fn port_bit(port: u16) -> u64 {
     1 << (port % 64)

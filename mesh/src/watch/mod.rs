@@ -2,14 +2,13 @@
 
 mod histogram;
 
-use std::collections::HashMap;
-
 use kiloray_core::network::{HOST, NodeId};
 use kiloray_core::path::PathKey;
 use kiloray_core::protocol::{Items, Message, RayMessage, ReturnAddress};
 
 use histogram::Recorder;
 pub use histogram::{Histogram, HistogramBucket, Latencies};
+use rustc_hash::FxHashMap;
 use serde::{Deserialize, Serialize};
 
 /// Looks on at what nodes send and receive, and takes down how long they wait: nodes themselves do not keep it.
@@ -21,11 +20,11 @@ pub struct Watch {
     /// Whoever asks for a block has it with all of its bytes.
     block_bytes: u32,
     /// Blocks that are asked for. Entries of these maps are looked up, never listed.
-    fetches: HashMap<(u16, u32), Fetch>,
+    fetches: FxHashMap<(u16, u32), Fetch>,
     /// Rays that are away, by the slot that waits for them.
-    rays: HashMap<(u16, u16), (PathKey, u64)>,
+    rays: FxHashMap<(u16, u16), (PathKey, u64)>,
     /// Tiles that are given out.
-    tiles: HashMap<u32, u64>,
+    tiles: FxHashMap<u32, u64>,
     /// Fetches that have ended, and how many of them are kept.
     flows: Vec<TraceFlow>,
     flows_max: usize,
@@ -203,9 +202,9 @@ impl Watch {
     pub fn new(block_bytes: usize, flows_max: usize) -> Self {
         Self {
             block_bytes: block_bytes as u32,
-            fetches: HashMap::new(),
-            rays: HashMap::new(),
-            tiles: HashMap::new(),
+            fetches: FxHashMap::default(),
+            rays: FxHashMap::default(),
+            tiles: FxHashMap::default(),
             flows: Vec::new(),
             flows_max,
             waits: Waits::default(),
