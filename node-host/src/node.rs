@@ -5,7 +5,7 @@ use std::{fs, process, thread};
 
 use kiloray_core::block::KiloView;
 use kiloray_core::network::NodeId;
-use kiloray_core::node::Picture;
+use kiloray_core::node::{Node, Picture};
 use kiloray_core::shade::LightRows;
 use kiloray_core::store::{Arena, CHUNK_BYTES, Chunk};
 use kiloray_render::{MeshNode, ThreadScratch};
@@ -58,8 +58,8 @@ pub fn run_node(config: &Config, node: u16, incarnation: u32, is_tied: bool) -> 
         .working_in(ThreadScratch { together: true });
     let rom = job.layout.rom(&file, here);
     let mut arena = Arena::new(&mut chunks);
-    let mut actor =
-        MeshNode::new(&mut arena, plan, budget, job.layout.settings, rom, job.mesh, world)?;
+    let actor = Node::new(&mut arena, plan, budget, job.layout.settings, rom, job.mesh, world)?;
+    let mut actor = MeshNode(actor);
 
     let identity = job.identity(&file, place, incarnation);
     let mut network = Network::open(config, &job, identity.clone())?;

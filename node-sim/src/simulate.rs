@@ -3,7 +3,7 @@ use std::sync::atomic::Ordering;
 
 use kiloray_core::block::KiloView;
 use kiloray_core::network::{HOST, Mesh, NodeId, Router};
-use kiloray_core::node::{Picture, Progress, Time, Work};
+use kiloray_core::node::{Node, Picture, Progress, Time, Work};
 use kiloray_core::render::Tiling;
 use kiloray_core::shade::{LightRows, Shader, Tables};
 use kiloray_core::store::{Arena, CHUNK_BYTES, Chunk};
@@ -99,7 +99,8 @@ pub(crate) fn with_lanes(
             true => (rom.copied(&mut arena)?, tables.copied(&mut arena)?),
             false => (rom, tables),
         };
-        MeshNode::new(&mut arena, &plan, budget, layout.settings, rom, mesh, world(tables))
+        let node = Node::new(&mut arena, &plan, budget, layout.settings, rom, mesh, world(tables));
+        node.map(MeshNode)
     });
     let pool = pool(options, &mesh)?;
     let threads = pool.as_ref().map_or(1, ThreadPool::current_num_threads);

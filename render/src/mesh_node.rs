@@ -1,8 +1,7 @@
 use std::ops::{Deref, DerefMut};
 
-use kiloray_core::network::{Mesh, Router};
-use kiloray_core::node::{Actor, Next, Node, NodePlan, Picture, Progress, Rom, Settings, Time};
-use kiloray_core::store::{Arena, ArenaFull, Budget};
+use kiloray_core::network::Router;
+use kiloray_core::node::{Actor, Next, Node, Picture, Progress, Time};
 use kiloray_simd::Auto;
 
 use crate::ThreadScratch;
@@ -11,26 +10,9 @@ use crate::ThreadScratch;
 ///
 /// All of tracing is compiled for it here, once, and not in each crate that runs nodes.
 #[derive(Debug)]
-pub struct MeshNode<'a>(Node<'a, Picture<'a, Auto, ThreadScratch>>);
+pub struct MeshNode<'a>(pub Node<'a, Picture<'a, Auto, ThreadScratch>>);
 
-impl<'a> MeshNode<'a> {
-    /// As [`Node::new`].
-    ///
-    /// # Errors
-    /// [`ArenaFull`] if the arena is smaller than the plan.
-    #[inline(never)]
-    pub fn new(
-        arena: &mut Arena<'a>,
-        plan: &NodePlan,
-        budget: Budget,
-        settings: Settings,
-        rom: Rom<'a>,
-        mesh: Mesh,
-        picture: Picture<'a, Auto, ThreadScratch>,
-    ) -> Result<Self, ArenaFull> {
-        Node::new(arena, plan, budget, settings, rom, mesh, picture).map(Self)
-    }
-
+impl MeshNode<'_> {
     /// Takes a step, as [`Node::poll`].
     #[inline(never)]
     pub fn poll(&mut self, now: Time) -> Progress {

@@ -5,7 +5,7 @@ use std::thread;
 use std::time::Instant;
 
 use kiloray_core::network::{HOST, NodeId, Router, Topology};
-use kiloray_core::node::{Picture, Time};
+use kiloray_core::node::{Node, Picture, Time};
 use kiloray_core::shade::Settings;
 use kiloray_core::store::{Arena, CHUNK_BYTES, Chunk};
 use kiloray_mesh::MeshOptions;
@@ -72,8 +72,9 @@ fn run_node(job: &Job, file: &KiloFile, here: NodeId, exchange: &Exchange, over:
     let (plan, budget) = (&job.layout.plans[at], job.layout.budgets[at]);
     let rom = job.layout.rom(&file, here);
     let mut arena = Arena::new(&mut chunks);
-    let mut node =
-        MeshNode::new(&mut arena, plan, budget, job.layout.settings, rom, job.mesh, world).unwrap();
+    let node =
+        Node::new(&mut arena, plan, budget, job.layout.settings, rom, job.mesh, world).unwrap();
+    let mut node = MeshNode(node);
     let mut wire = exchange.join(Place::new(here));
     let settings = Drive::new(Instant::now(), job, Place::new(here));
     drive(&mut node, &mut wire, &settings, |_, _| over.load(Ordering::Relaxed));
