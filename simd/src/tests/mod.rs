@@ -21,7 +21,7 @@ macro_rules! of_all {
 mod portable;
 mod real;
 mod shadows;
-#[path = "../../../core/src/trace/tests/mod.rs"]
+#[path = "../../../core/src/trace/tests/shared/mod.rs"]
 mod shared;
 
 use kiloray_core::trace::Scalar;

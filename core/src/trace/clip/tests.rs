@@ -6,9 +6,9 @@ use crate::block::format::Child;
 use crate::block::{BlockSource, BlockView, SPHERES};
 use crate::geometry::{Aabb, Hit, PreparedRay, Primitive, Pyramid, Ray};
 use crate::scene::{Light, LightKind};
-use crate::trace::tests::scenes::{Random, clutter};
-use crate::trace::tests::writer::{Blocks, Item, write};
-use crate::trace::tests::{Resident, brute, check, hit_of};
+use crate::trace::tests::shared::scenes::{Random, clutter};
+use crate::trace::tests::shared::writer::{Blocks, Item, write};
+use crate::trace::tests::shared::{Resident, brute, check, hit_of};
 use crate::trace::{Clip, ClipEntry};
 use bytemuck::Zeroable;
 

@@ -1,6 +1,6 @@
-use super::scenes::{Random, clutter, rays};
-use super::writer::write;
-use super::{Grown, Resident, Source, Topped, erased, limits};
+use super::shared::scenes::{Random, clutter, rays};
+use super::shared::writer::write;
+use super::shared::{Grown, Resident, Source, Topped, erased, limits};
 use crate::block::{BlockError, BlockView, SPHERES};
 use crate::trace::{Cursor, Scalar, TraceError, Tracer};
 

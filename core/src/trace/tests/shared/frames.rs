@@ -7,11 +7,6 @@ use crate::geometry::{Aabb, PreparedRay};
 use crate::trace::{Beam, BoxFrame, BoxRay, GROUP, Group, Kind, Lanes, Met, Places, Scalar, Turn};
 
 /// Every own box's interval lies in that of its slot, as the lanes compute it.
-#[test]
-fn slots_enclose_the_intervals_of_own_boxes() {
-    enclose(Scalar);
-}
-
 pub(crate) fn enclose(lanes: impl Lanes) {
     let mut tested = 0;
     for seed in 0..6 {
@@ -57,11 +52,6 @@ pub(crate) fn enclose(lanes: impl Lanes) {
 }
 
 /// So do those of groups and of beams.
-#[test]
-fn groups_and_beams_enclose_the_intervals_of_own_boxes() {
-    groups_enclose(Scalar);
-}
-
 pub(crate) fn groups_enclose(lanes: impl Lanes) {
     let mut tested = 0;
     for seed in 0..6 {
@@ -122,11 +112,6 @@ pub(crate) fn groups_enclose(lanes: impl Lanes) {
 }
 
 /// Lists keep those that meet a slot, in their order.
-#[test]
-fn lists_are_selected_from_in_their_order() {
-    lists_select(Scalar);
-}
-
 pub(crate) fn lists_select(lanes: impl Lanes) {
     let mut random = Random(3);
     for _ in 0..2000 {
@@ -218,23 +203,4 @@ fn own_boxes(view: &BlockView<'_>, first: u16, count: u16) -> std::vec::Vec<Aabb
         }
     }
     boxes
-}
-
-#[test]
-fn no_box_decides_anything_for_a_wild_ray() {
-    let mut random = Random(5);
-    let items = clutter(20, false, &mut random);
-    let blocks = write(&items, 1 << 12, 4, 99);
-    let mut header = *BlockView::trusted(blocks.get(0).unwrap()).header();
-    header.scale = [2.0_f32.powi(-80); 3];
-    let ray = crate::geometry::Ray {
-        origin: glam::Vec3::splat(1e30),
-        direction: glam::Vec3::new(1e-20, 1e-20, -1e-20),
-        t_min: 0.0,
-        t_max: f32::INFINITY,
-    };
-    let ray = BoxRay::new(&PreparedRay::new(&ray));
-    let frame = BoxFrame::new(&ray, &header);
-    assert_eq!((frame.near, frame.far), ([f32::NEG_INFINITY; 3], [f32::INFINITY; 3]));
-    assert!(frame.inv.iter().all(|i| i.abs() == header.scale[0]));
 }

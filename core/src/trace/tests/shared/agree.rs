@@ -104,21 +104,6 @@ fn batches(
     }
 }
 
-#[test]
-fn every_layout_gives_the_hits_of_brute_force() {
-    layouts_agree(Scalar);
-}
-
-#[test]
-fn scenes_far_smaller_and_away_from_the_origin() {
-    scales_agree(Scalar);
-}
-
-#[test]
-fn what_is_no_ray_hits_nothing() {
-    no_ray_hits(Scalar);
-}
-
 pub(crate) fn layouts_agree(tracer: impl Tracer) {
     for (seed, count) in [(1, 1), (2, 7), (3, 60), (4, 300), (5, 300)] {
         let mut random = Random(seed);

@@ -12,11 +12,6 @@ use crate::block::{BlockSource, BlockView, NoBlock, SPHERES};
 use crate::geometry::{Hit, Primitive, Ray};
 use crate::trace::{BUNDLE, Batch, Bundle, Cursor, Query, Scalar, Tracer, Whole};
 
-#[test]
-fn bundles_find_the_hits_of_single_rays() {
-    agree(Scalar);
-}
-
 /// Neighbours of a ray: the closer, the more coherent.
 fn neighbours(ray: &Ray, random: &mut Random) -> Vec<Ray> {
     let count = 1 + random.below(BUNDLE as u32 + 9);
@@ -178,16 +173,7 @@ impl BlockSource for Part<'_> {
     }
 }
 
-proptest! {
-    #![proptest_config(ProptestConfig::with_cases(48))]
-
-    /// Where blocks are missing, the rays that need one stop, and go on by their trails; the others have their hits.
-    #[test]
-    fn rays_of_a_bundle_stop_at_missing_blocks_and_go_on(seed: u64, of_256 in 0_u32..=256) {
-        stop_and_go_on(Scalar, seed, of_256);
-    }
-}
-
+/// Where blocks are missing, the rays that need one stop, and go on by their trails; the others have their hits.
 pub(crate) fn stop_and_go_on(tracer: impl Tracer, seed: u64, of_256: u32) {
     let mut random = Random(seed);
     let items = clutter(1 + random.below(600) as usize, SPHERES, &mut random);
