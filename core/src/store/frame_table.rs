@@ -41,6 +41,9 @@ impl FrameEntry {
     const FREE: Self = Self { block: 0, older: FrameId::NONE, newer: FrameId::NONE, state: 0 };
 }
 
+/// So many subsequent blocks begin their search near one another.
+const NEAR: u32 = 8;
+
 /// Length of the index for this many frames: a power of two, at most half full.
 #[must_use]
 pub(super) const fn index_len(frames: usize) -> usize {
@@ -66,7 +69,7 @@ pub const fn frame_table_bytes(frames: usize) -> usize {
 #[derive(Debug)]
 pub(super) struct FrameTable<'a> {
     entries: &'a mut [FrameEntry],
-    /// Frame number plus one, zero for none.
+    /// See [`word`].
     index: &'a mut [u32],
     newest: FrameId,
     oldest: FrameId,
@@ -75,6 +78,23 @@ pub(super) struct FrameTable<'a> {
     evictable_len: usize,
     /// A block had to leave. Before the first one, no use changes the order.
     evicts: bool,
+}
+
+/// Most frames of a table.
+const FRAMES_MOST: usize = (1 << 24) - 2;
+
+/// What the index holds of a block in a frame: the frame's number plus one, and above it the lowest bits of the block's, so that hardly any other block's
+/// entry is looked at in search of it. Zero is none.
+const fn word(block: u32, frame: FrameId) -> u32 {
+    block << 24 | frame.0.wrapping_add(1) & 0xff_ffff
+}
+
+const fn is_alike(word: u32, block: u32) -> bool {
+    (word ^ block << 24) >> 24 == 0
+}
+
+fn frame_of(word: u32) -> Option<FrameId> {
+    (word & 0xff_ffff).checked_sub(1).map(FrameId)
 }
 
 impl<'a> FrameTable<'a> {
@@ -92,7 +112,7 @@ impl<'a> FrameTable<'a> {
             evictable_len: 0,
             evicts: false,
         };
-        for frame in (0..table.entries.len() as u32).rev() {
+        for frame in (0..table.entries.len().min(FRAMES_MOST) as u32).rev() {
             table.put_free(FrameId(frame));
         }
         table
@@ -114,12 +134,14 @@ impl<'a> FrameTable<'a> {
     }
 
     /// The frame of a block. O(1) expected.
-    #[inline]
+    #[cfg_attr(feature = "bundles", inline)]
+    #[cfg_attr(not(feature = "bundles"), inline(never))]
     pub(super) fn find(&self, block: u32) -> Option<FrameId> {
         let mut at = self.home(block);
         for _ in 0..self.index.len() {
-            let frame = FrameId(self.index.get(at)?.checked_sub(1)?);
-            if self.entries.get(frame.index())?.block == block {
+            let word = *self.index.get(at)?;
+            let frame = frame_of(word)?;
+            if is_alike(word, block) && self.entries.get(frame.index())?.block == block {
                 return Some(frame);
             }
             at = self.after(at);
@@ -157,7 +179,7 @@ impl<'a> FrameTable<'a> {
             }
             at = self.after(at);
         }
-        *self.index.get_mut(at)? = frame.0.saturating_add(1);
+        *self.index.get_mut(at)? = word(block, frame);
         Some(evicts)
     }
 
@@ -277,7 +299,7 @@ impl<'a> FrameTable<'a> {
     /// Takes a frame's block out of the index.
     fn forget(&mut self, frame: FrameId) {
         let Some(block) = self.entries.get(frame.index()).map(|e| e.block) else { return };
-        let named = frame.0.saturating_add(1);
+        let named = word(block, frame);
         let mut gap = self.home(block);
         for _ in 0..self.index.len() {
             if self.index.get(gap).is_none_or(|&f| f == 0 || f == named) {
@@ -288,7 +310,8 @@ impl<'a> FrameTable<'a> {
         let mut at = self.after(gap);
         for _ in 0..self.index.len() {
             let Some(&next) = self.index.get(at).filter(|&&next| next != 0) else { break };
-            let block = self.entries.get(next.wrapping_sub(1) as usize).map_or(0, |e| e.block);
+            let frame = frame_of(next).unwrap_or(FrameId::NONE);
+            let block = self.entries.get(frame.index()).map_or(0, |e| e.block);
             // It may fill the gap if its home does not lie behind the gap (cyclically).
             let mask = self.index.len().wrapping_sub(1);
             let from_home = at.wrapping_sub(self.home(block)) & mask;
@@ -306,11 +329,14 @@ impl<'a> FrameTable<'a> {
         }
     }
 
-    /// Where the search for a block begins (Fibonacci hashing; Knuth, TAOCP 3, 6.4).
+    /// Where the search for a block begins: those of subsequent numbers, which lie near one another in the tree, begin in one line of a cache, which
+    /// is anywhere (Fibonacci hashing; Knuth, TAOCP 3, 6.4).
     #[inline]
     fn home(&self, block: u32) -> usize {
-        let hash = u64::from(block.wrapping_mul(0x9e37_79b9));
-        ((hash * self.index.len() as u64) >> 32) as usize
+        let line = u64::from((block / NEAR).wrapping_mul(0x9e37_79b9));
+        let lines = (self.index.len() / NEAR as usize).max(1) as u64;
+        let at = ((line * lines) >> 32) as usize * NEAR as usize + (block % NEAR) as usize;
+        at & self.index.len().wrapping_sub(1)
     }
 
     #[inline]
@@ -330,7 +356,8 @@ pub(crate) const fn frame_bytes(frames: usize, block_bytes: usize) -> usize {
 pub const fn frames_that_fit(bytes: usize, block_bytes: usize) -> usize {
     let frames = bytes / if block_bytes == 0 { 1 } else { block_bytes };
     // Bisection: what frames take grows with their number.
-    let (mut fit, mut over) = (0, frames.saturating_add(1));
+    let most = if frames < FRAMES_MOST { frames } else { FRAMES_MOST };
+    let (mut fit, mut over) = (0, most.saturating_add(1));
     while over - fit > 1 {
         let middle = fit + (over - fit) / 2;
         if frame_bytes(middle, block_bytes) > bytes {

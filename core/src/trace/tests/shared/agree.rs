@@ -6,7 +6,7 @@ use super::{Grown, OneFrame, Resident, Source, Topped, brute, check, erased, sor
 use crate::block::ExpandedTop;
 use crate::block::SPHERES;
 use crate::geometry::{Hit, Ray};
-use crate::trace::{Batch, Cursor, Scalar, Tracer};
+use crate::trace::{Batch, Cursor, Tracer};
 
 fn layouts(items: &[Item]) -> Vec<Blocks> {
     [(1 << 10, 1, 1), (1 << 11, 2, 99), (1 << 12, 4, 99), (1 << 14, 3, 999), (1 << 16, 4, 999)]

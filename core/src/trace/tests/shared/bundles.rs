@@ -3,14 +3,13 @@
 use std::vec::Vec;
 
 use glam::Vec3;
-use proptest::prelude::*;
 
 use super::scenes::{Random, clutter, rays};
 use super::writer::{Blocks, write};
 use super::{OneFrame, Resident, erased};
 use crate::block::{BlockSource, BlockView, NoBlock, SPHERES};
 use crate::geometry::{Hit, Primitive, Ray};
-use crate::trace::{BUNDLE, Batch, Bundle, Cursor, Query, Scalar, Tracer, Whole};
+use crate::trace::{BUNDLE, Batch, Bundle, Cursor, Query, Tracer, Whole};
 
 /// Neighbours of a ray: the closer, the more coherent.
 fn neighbours(ray: &Ray, random: &mut Random) -> Vec<Ray> {

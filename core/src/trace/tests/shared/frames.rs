@@ -4,7 +4,7 @@ use super::{Grown, check};
 use crate::block::format::{Child, Node, order_of};
 use crate::block::{BlockView, ExpandedTop, SPHERES};
 use crate::geometry::{Aabb, PreparedRay};
-use crate::trace::{Beam, BoxFrame, BoxRay, GROUP, Group, Kind, Lanes, Met, Places, Scalar, Turn};
+use crate::trace::{Beam, GROUP, Group, Kind, Lanes, Met, Places, Scalar, Turn};
 
 /// Every own box's interval lies in that of its slot, as the lanes compute it.
 pub(crate) fn enclose(lanes: impl Lanes) {

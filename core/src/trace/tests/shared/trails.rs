@@ -9,8 +9,8 @@ use super::writer::{Blocks, write};
 use super::{Resident, Source, brute, erased, sort};
 use crate::block::format::DEPTH_MAX;
 use crate::block::{BlockSource, BlockView, NoBlock, SPHERES};
-use crate::geometry::{Hit, Ray};
-use crate::trace::{Cursor, Scalar, TraceError, Tracer, Trail};
+use crate::geometry::Hit;
+use crate::trace::{Cursor, TraceError, Tracer, Trail};
 
 /// A source that does not have all blocks.
 #[derive(Debug, Clone, Copy)]
