@@ -80,21 +80,26 @@ pub(super) struct FrameTable<'a> {
     evicts: bool,
 }
 
+/// In a [`word`]: the frame's number plus one. Above it lies what is held of the block's number.
+const FRAME: u32 = (1 << 24) - 1;
+
 /// Most frames of a table.
-const FRAMES_MOST: usize = (1 << 24) - 2;
+const FRAMES_MOST: usize = FRAME as usize - 1;
 
 /// What the index holds of a block in a frame: the frame's number plus one, and above it the lowest bits of the block's, so that hardly any other block's
 /// entry is looked at in search of it. Zero is none.
 const fn word(block: u32, frame: FrameId) -> u32 {
-    block << 24 | frame.0.wrapping_add(1) & 0xff_ffff
+    block << FRAME.count_ones() | frame.0.wrapping_add(1) & FRAME
 }
 
+/// Whether a word may be this block's.
 const fn is_alike(word: u32, block: u32) -> bool {
-    (word ^ block << 24) >> 24 == 0
+    (word ^ block << FRAME.count_ones()) & !FRAME == 0
 }
 
+/// The frame that a word names.
 fn frame_of(word: u32) -> Option<FrameId> {
-    (word & 0xff_ffff).checked_sub(1).map(FrameId)
+    (word & FRAME).checked_sub(1).map(FrameId)
 }
 
 impl<'a> FrameTable<'a> {
