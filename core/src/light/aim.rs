@@ -337,6 +337,7 @@ impl Aim {
     }
 
     /// The centre of a light's shape; of a distant one its direction.
+    #[cfg_attr(feature = "bundles", inline)]
     #[must_use]
     pub fn center(light: &Light) -> Vec3 {
         let position = Vec3::from(light.position);

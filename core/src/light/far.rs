@@ -82,8 +82,11 @@ impl Far<f32> {
             _ => return None,
         };
         let brightest = Vec3::from(light.radiance).max_element();
+        if brightest.is_nan() || brightest <= 0.0 {
+            return None;
+        }
         let (u, v) = (Vec3::from(light.u), Vec3::from(light.v));
-        (brightest > 0.0).then(|| Self {
+        Some(Self {
             center: Aim::center(light).into(),
             position: Vec3::from(light.position).into(),
             normal: u.cross(v).into(),

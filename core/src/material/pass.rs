@@ -43,6 +43,7 @@ fn is_met_again(ray: &Ray, t: f32, center: Vec3, radius: f32) -> bool {
 /// What a shadow ray loses where it hits, of a sphere at both its sides; [`OpticalDepth::OPAQUE`] if it stops there.
 ///
 /// It is a function of the material, the ray and the primitive's plane: shading normals do not count.
+#[cfg_attr(feature = "bundles", inline)]
 #[must_use]
 pub fn crossing(material: &Material, ray: &Ray, hit: &Hit) -> OpticalDepth {
     if !passes_shadow_rays(material) {

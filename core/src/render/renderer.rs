@@ -345,6 +345,7 @@ impl<'a> Renderer<'a> {
 }
 
 /// The length of the run of shadow rays to a light that these begin with, as far as `most`: at least 1.
+#[cfg_attr(feature = "bundles", inline)]
 fn run_len(rays: &[Shadow], source: u32, most: usize) -> usize {
     rays.iter().take(most).take_while(|ray| ray.source == source).count().max(1)
 }

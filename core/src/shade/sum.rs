@@ -34,6 +34,7 @@ impl Unit {
     }
 
     /// Light in steps, to the nearest. NaN and infinity count as none; what is too bright is cut off. A part may be negative, where others are too great.
+    #[cfg_attr(feature = "bundles", inline)]
     #[must_use]
     pub fn quantise(&self, light: Vec3) -> Sum {
         Sum([light.x, light.y, light.z].map(|x| steps(x, self.steps)))
@@ -48,6 +49,7 @@ impl Unit {
 }
 
 /// See [`Unit::quantise`].
+#[cfg_attr(feature = "bundles", inline)]
 #[cfg_attr(not(feature = "bundles"), inline(never))]
 fn steps(x: f32, of_one: f32) -> i64 {
     let size = x.abs();

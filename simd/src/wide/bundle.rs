@@ -31,132 +31,130 @@ pub(super) unsafe fn kind(ray: &Ray) -> Kind {
 
 /// `Lanes::fill`: the operations of `PreparedRay::of` and `BoxRay::new`, for eight rays at a time.
 ///
-/// # Safety
-/// The machine has AVX2.
-#[inline(always)]
-pub(super) unsafe fn fill(rays: &[Ray], members: &[u16], kind: Kind, to: &mut Group) -> Filled {
+/// A function of its own that is compiled for AVX2, with all its closures. (One that is inlined into such a function is not while its closures are
+/// compiled: they would call each instruction.)
+#[target_feature(enable = "avx2")]
+#[inline]
+pub(super) fn fill(rays: &[Ray], members: &[u16], kind: Kind, to: &mut Group) -> Filled {
     /// No ray: it accepts no `t`.
     static NONE: [f32; 8] = [0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 1.0, -1.0];
-    // SAFETY: by the caller; a ray is eight numbers, and so is `NONE`. Stores are of whole rows.
-    unsafe {
-        let at = |lane: usize| {
-            let ray = members.get(lane).and_then(|&i| rays.get(usize::from(i)));
-            let numbers = ray.map_or(NONE.as_ptr(), |ray| core::ptr::from_ref(ray).cast());
-            _mm256_loadu_ps(numbers)
-        };
-        let rows = transposed([at(0), at(1), at(2), at(3), at(4), at(5), at(6), at(7)]);
-        let [ox, oy, oz, dx, dy, dz, t_min, t_max] = rows;
-        let set = |x: f32| _mm256_set1_ps(x);
-        let sign = set(-0.0);
-        let size = |v: __m256| _mm256_andnot_ps(sign, v);
-        let and = |a: __m256, b: __m256| _mm256_and_ps(a, b);
-        let no_more = |a: __m256, b: __m256| _mm256_cmp_ps::<_CMP_LE_OQ>(a, b);
-        let (along_x, along_y, along_z) = match kind.axis() {
-            0 => (dy, dz, dx),
-            1 => (dz, dx, dy),
-            _ => (dx, dy, dz),
-        };
-        let sheared = match kind.axis() {
-            0 => [oy, oz, ox],
-            1 => [oz, ox, oy],
-            _ => [ox, oy, oz],
-        };
-        let greatest = size(along_z);
-        let origin = _mm256_max_ps(_mm256_max_ps(size(ox), size(oy)), size(oz));
-        // A sum is NaN or infinite if any of them is. (Finite origins may add up to infinity: such a ray gets no box anyway.)
-        let finite = |a: __m256, b: __m256, c: __m256| {
-            let most = set(f32::MAX);
-            and(and(no_more(size(a), most), no_more(size(b), most)), no_more(size(c), most))
-        };
-        // Before the bounds are cut: that would make numbers of NaN.
-        let ordered = _mm256_cmp_ps::<_CMP_ORD_Q>(t_min, t_max);
-        let t_min = _mm256_max_ps(t_min, _mm256_setzero_ps());
-        let t_max = _mm256_min_ps(t_max, set(f32::MAX));
-        let valid = and(
-            and(ordered, and(finite(ox, oy, oz), finite(dx, dy, dz))),
+    let at = |lane: usize| {
+        let ray = members.get(lane).and_then(|&i| rays.get(usize::from(i)));
+        let numbers = ray.map_or(NONE.as_ptr(), |ray| core::ptr::from_ref(ray).cast());
+        // SAFETY: a ray is eight numbers, and so is `NONE`.
+        unsafe { _mm256_loadu_ps(numbers) }
+    };
+    let rows = transposed([at(0), at(1), at(2), at(3), at(4), at(5), at(6), at(7)]);
+    let [ox, oy, oz, dx, dy, dz, t_min, t_max] = rows;
+    let set = |x: f32| _mm256_set1_ps(x);
+    let sign = set(-0.0);
+    let size = |v: __m256| _mm256_andnot_ps(sign, v);
+    let and = |a: __m256, b: __m256| _mm256_and_ps(a, b);
+    let no_more = |a: __m256, b: __m256| _mm256_cmp_ps::<_CMP_LE_OQ>(a, b);
+    let (along_x, along_y, along_z) = match kind.axis() {
+        0 => (dy, dz, dx),
+        1 => (dz, dx, dy),
+        _ => (dx, dy, dz),
+    };
+    let sheared = match kind.axis() {
+        0 => [oy, oz, ox],
+        1 => [oz, ox, oy],
+        _ => [ox, oy, oz],
+    };
+    let greatest = size(along_z);
+    let origin = _mm256_max_ps(_mm256_max_ps(size(ox), size(oy)), size(oz));
+    // A sum is NaN or infinite if any of them is. (Finite origins may add up to infinity: such a ray gets no box anyway.)
+    let finite = |a: __m256, b: __m256, c: __m256| {
+        let most = set(f32::MAX);
+        and(and(no_more(size(a), most), no_more(size(b), most)), no_more(size(c), most))
+    };
+    // Before the bounds are cut: that would make numbers of NaN.
+    let ordered = _mm256_cmp_ps::<_CMP_ORD_Q>(t_min, t_max);
+    let t_min = _mm256_max_ps(t_min, _mm256_setzero_ps());
+    let t_max = _mm256_min_ps(t_max, set(f32::MAX));
+    let valid = and(
+        and(ordered, and(finite(ox, oy, oz), finite(dx, dy, dz))),
+        and(
             and(
-                and(
-                    no_more(set(PreparedRay::DIRECTION_MIN), greatest),
-                    no_more(greatest, set(PreparedRay::DIRECTION_MAX)),
-                ),
-                no_more(t_min, t_max),
+                no_more(set(PreparedRay::DIRECTION_MIN), greatest),
+                no_more(greatest, set(PreparedRay::DIRECTION_MAX)),
             ),
-        );
-        let one = set(1.0);
-        let shear = [
-            _mm256_div_ps(along_x, along_z),
-            _mm256_div_ps(along_y, along_z),
-            _mm256_div_ps(one, along_z),
-        ];
-        let least = _mm256_mul_ps(greatest, set(PreparedRay::CLAMP));
-        let inv = |d: __m256| {
-            let raised = _mm256_or_ps(least, and(sign, d));
-            let small = _mm256_cmp_ps::<_CMP_LT_OQ>(size(d), least);
-            _mm256_div_ps(one, _mm256_blendv_ps(d, raised, small))
-        };
-        let inverse = size(shear[2]);
-        let sound = and(
-            no_more(origin, set(BoxRay::ORIGIN_MAX)),
-            and(
-                no_more(set(1.0 / BoxRay::INV_MAX), inverse),
-                no_more(inverse, set(BoxRay::INV_MAX)),
-            ),
-        );
-        let pad = _mm256_mul_ps(_mm256_add_ps(origin, set(1.01)), set(BoxRay::PAD));
-        for (axis, (o, d)) in [(ox, dx), (oy, dy), (oz, dz)].into_iter().enumerate() {
-            let inv = inv(d);
-            let pad = _mm256_or_ps(pad, and(sign, inv));
+            no_more(t_min, t_max),
+        ),
+    );
+    let one = set(1.0);
+    let shear = [
+        _mm256_div_ps(along_x, along_z),
+        _mm256_div_ps(along_y, along_z),
+        _mm256_div_ps(one, along_z),
+    ];
+    let least = _mm256_mul_ps(greatest, set(PreparedRay::CLAMP));
+    let inv = |d: __m256| {
+        let raised = _mm256_or_ps(least, and(sign, d));
+        let small = _mm256_cmp_ps::<_CMP_LT_OQ>(size(d), least);
+        _mm256_div_ps(one, _mm256_blendv_ps(d, raised, small))
+    };
+    let inverse = size(shear[2]);
+    let sound = and(
+        no_more(origin, set(BoxRay::ORIGIN_MAX)),
+        and(no_more(set(1.0 / BoxRay::INV_MAX), inverse), no_more(inverse, set(BoxRay::INV_MAX))),
+    );
+    let pad = _mm256_mul_ps(_mm256_add_ps(origin, set(1.01)), set(BoxRay::PAD));
+    for (axis, (o, d)) in [(ox, dx), (oy, dy), (oz, dz)].into_iter().enumerate() {
+        let inv = inv(d);
+        let pad = _mm256_or_ps(pad, and(sign, inv));
+        let near = _mm256_mul_ps(_mm256_add_ps(o, pad), _mm256_xor_ps(inv, sign));
+        let far = _mm256_mul_ps(_mm256_sub_ps(pad, o), inv);
+        // SAFETY: the machine has AVX2, as this function.
+        unsafe {
             store(&mut to.inv[axis], inv);
-            let near = _mm256_mul_ps(_mm256_add_ps(o, pad), _mm256_xor_ps(inv, sign));
             store(&mut to.near[axis], near);
-            store(&mut to.far[axis], _mm256_mul_ps(_mm256_sub_ps(pad, o), inv));
+            store(&mut to.far[axis], far);
             store(&mut to.sheared[axis], sheared[axis]);
             store(&mut to.shear[axis], shear[axis]);
             store(&mut to.origin[axis], o);
         }
-        let here = and(valid, sound);
+    }
+    let here = and(valid, sound);
+    // SAFETY: as above.
+    unsafe {
         store(&mut to.t_min, _mm256_blendv_ps(set(f32::INFINITY), t_min, here));
         store(&mut to.t_max, _mm256_blendv_ps(set(f32::NEG_INFINITY), t_max, here));
-        Filled {
-            lanes: _mm256_movemask_ps(here) as u8,
-            wild: _mm256_movemask_ps(_mm256_andnot_ps(sound, valid)) as u8,
-        }
+    }
+    Filled {
+        lanes: _mm256_movemask_ps(here) as u8,
+        wild: _mm256_movemask_ps(_mm256_andnot_ps(sound, valid)) as u8,
     }
 }
 
 /// Rows of what were columns.
-///
-/// # Safety
-/// The machine has AVX2.
-#[inline(always)]
-unsafe fn transposed([a, b, c, d, e, f, g, h]: [__m256; 8]) -> [__m256; 8] {
-    // SAFETY: by the caller.
-    unsafe {
-        let pair = |a: __m256, b: __m256| {
-            let low = _mm256_castps_pd(_mm256_unpacklo_ps(a, b));
-            (low, _mm256_castps_pd(_mm256_unpackhi_ps(a, b)))
-        };
-        let ((ab0, ab2), (cd0, cd2), (ef0, ef2), (gh0, gh2)) =
-            (pair(a, b), pair(c, d), pair(e, f), pair(g, h));
-        let four = |ab: __m256d, cd: __m256d| {
-            let low = _mm256_castpd_ps(_mm256_unpacklo_pd(ab, cd));
-            (low, _mm256_castpd_ps(_mm256_unpackhi_pd(ab, cd)))
-        };
-        let ((a0, a1), (a2, a3)) = (four(ab0, cd0), four(ab2, cd2));
-        let ((e0, e1), (e2, e3)) = (four(ef0, gh0), four(ef2, gh2));
-        let low = |a: __m256, e: __m256| _mm256_permute2f128_ps::<0x20>(a, e);
-        let high = |a: __m256, e: __m256| _mm256_permute2f128_ps::<0x31>(a, e);
-        [
-            low(a0, e0),
-            low(a1, e1),
-            low(a2, e2),
-            low(a3, e3),
-            high(a0, e0),
-            high(a1, e1),
-            high(a2, e2),
-            high(a3, e3),
-        ]
-    }
+#[target_feature(enable = "avx2")]
+#[inline]
+fn transposed([a, b, c, d, e, f, g, h]: [__m256; 8]) -> [__m256; 8] {
+    let pair = |a: __m256, b: __m256| {
+        let low = _mm256_castps_pd(_mm256_unpacklo_ps(a, b));
+        (low, _mm256_castps_pd(_mm256_unpackhi_ps(a, b)))
+    };
+    let ((ab0, ab2), (cd0, cd2), (ef0, ef2), (gh0, gh2)) =
+        (pair(a, b), pair(c, d), pair(e, f), pair(g, h));
+    let four = |ab: __m256d, cd: __m256d| {
+        let low = _mm256_castpd_ps(_mm256_unpacklo_pd(ab, cd));
+        (low, _mm256_castpd_ps(_mm256_unpackhi_pd(ab, cd)))
+    };
+    let ((a0, a1), (a2, a3)) = (four(ab0, cd0), four(ab2, cd2));
+    let ((e0, e1), (e2, e3)) = (four(ef0, gh0), four(ef2, gh2));
+    let low = |a: __m256, e: __m256| _mm256_permute2f128_ps::<0x20>(a, e);
+    let high = |a: __m256, e: __m256| _mm256_permute2f128_ps::<0x31>(a, e);
+    [
+        low(a0, e0),
+        low(a1, e1),
+        low(a2, e2),
+        low(a3, e3),
+        high(a0, e0),
+        high(a1, e1),
+        high(a2, e2),
+        high(a3, e3),
+    ]
 }
 
 /// `Lanes::boxes`.
