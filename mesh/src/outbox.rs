@@ -1,4 +1,4 @@
-use kiloray_core::network::{Channel, NodeId, Router};
+use kiloray_core::network::{Channel, HOST_REPLY_MAX, NodeId, Router};
 use kiloray_core::protocol::{Message, write};
 use std::collections::VecDeque;
 
@@ -15,15 +15,13 @@ struct Packet {
     payload: Vec<u8>,
 }
 
-/// Room for any reply of the host.
-const REPLY_MAX: usize = 32;
 /// So many packets that wait are enough.
 const PACKETS_MAX: usize = 256;
 
 impl Outbox {
     /// Adds a reply behind the others to this node, in packets of at most `room` bytes where more than one is in a packet.
     pub(super) fn push(&mut self, to: NodeId, message: &Message<'_>, room: usize) {
-        let mut bytes = [0; REPLY_MAX];
+        let mut bytes = [0; HOST_REPLY_MAX];
         let Some(reply) = write(&mut bytes, 0, message).and_then(|len| bytes.get(..len)) else {
             return;
         };

@@ -43,8 +43,10 @@ pub enum Site {
     Host,
 }
 
+/// Greatest reply of the host \[bytes\].
+pub const HOST_REPLY_MAX: usize = 32;
 /// Greatest payload of a packet of the host's replies \[bytes\]: two of them at least.
-const HOST_PAYLOAD: u16 = 64;
+const HOST_PAYLOAD: u16 = 2 * HOST_REPLY_MAX as u16;
 /// Such packets in a buffer, at most.
 const ENTRY_DEPTH: u16 = 16;
 /// Greatest payload of a packet of requests \[bytes\]: some fetches, or two rays; half of it where buffers would hold one, as two on a link keep it busier.

@@ -19,7 +19,7 @@ mod port;
 mod router;
 mod topology;
 
-pub use buffers::{RouterSize, Site};
+pub use buffers::{HOST_REPLY_MAX, RouterSize, Site};
 pub use credit::{Arrival, CreditReceiver, CreditSender, Sequence};
 pub use grid::{DIMENSIONS_MAX, Grid};
 pub use mesh::{HOST, Mesh};
