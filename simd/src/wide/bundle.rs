@@ -31,8 +31,7 @@ pub(super) unsafe fn kind(ray: &Ray) -> Kind {
 
 /// `Lanes::fill`: the operations of `PreparedRay::of` and `BoxRay::new`, for eight rays at a time.
 ///
-/// A function of its own that is compiled for AVX2, with all its closures. (One that is inlined into such a function is not while its closures are
-/// compiled: they would call each instruction.)
+/// It has AVX2 itself, and so have its closures. (Those of a function that is only inlined into one with AVX2 have not: they would call each instruction.)
 #[target_feature(enable = "avx2")]
 #[inline]
 pub(super) fn fill(rays: &[Ray], members: &[u16], kind: Kind, to: &mut Group) -> Filled {
