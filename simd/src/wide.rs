@@ -26,7 +26,7 @@ mod real;
 mod record;
 
 use frame::{Frame, Ray};
-use put_down::{ByCompression, ByTable, PutDown};
+use put_down::{ByCompression, ByTable, Children, PutDown};
 use real::{Eight, Whole};
 
 /// Lanes of AVX2 and FMA. A value of it proves that the machine has them, and what `P` takes.
@@ -107,9 +107,9 @@ impl<P: PutDown> Lanes for Wide<P> {
         // SAFETY: a value of Wide exists, so the machine has AVX2, FMA and what `P` takes; the load is of eight u16.
         unsafe {
             let hits = boxes::stored(frame, node, span);
-            let child = _mm256_cvtepu16_epi32(_mm_loadu_si128(node.child.as_ptr().cast()));
+            let children = Children::Stored(_mm_loadu_si128(node.child.as_ptr().cast()));
             let first = |slot: usize| u32::from(node.child[slot & 7]);
-            P::put_down(&hits, turn, turn.of_node(&node.order), child, first, Some(tag), to)
+            P::put_down(&hits, turn, turn.of_node(&node.order), children, first, Some(tag), to)
         }
     }
 
@@ -125,9 +125,9 @@ impl<P: PutDown> Lanes for Wide<P> {
         // SAFETY: as above; the load is of eight u32, aligned as the node is.
         unsafe {
             let hits = boxes::expanded(frame, node, span);
-            let child = _mm256_load_si256(node.child.as_ptr().cast());
+            let children = Children::Expanded(_mm256_load_si256(node.child.as_ptr().cast()));
             let first = |slot: usize| node.child[slot & 7];
-            P::put_down(&hits, turn, turn.of_node(&node.order), child, first, None, to)
+            P::put_down(&hits, turn, turn.of_node(&node.order), children, first, None, to)
         }
     }
 

@@ -58,6 +58,17 @@ impl Turn {
         (order >> (3 * ((place & 7) ^ self.flip as u32)) & 7) as usize
     }
 
+    /// The place, 0 to 7, of a slot in this word.
+    #[inline(always)]
+    #[must_use]
+    pub const fn place(self, order: u32, slot: usize) -> u32 {
+        const ONES: u32 = 0o1111_1111;
+        // The three bits of the place are those that differ nowhere.
+        let differ = order ^ (slot as u32 & 7) * ONES;
+        let same = !(differ | differ >> 1 | differ >> 2) & ONES;
+        (same.trailing_zeros() / 3 & 7) ^ self.flip as u32
+    }
+
     /// A mask of slots by place.
     #[inline(always)]
     pub(super) fn by_place(self, order: u32, mask: u32) -> u32 {
@@ -92,6 +103,9 @@ mod tests {
                 visited.reverse();
             }
             assert_eq!(std::array::from_fn(|place| turn.slot(word, place as u32)), visited);
+            for (place, &slot) in visited.iter().enumerate() {
+                assert_eq!(turn.place(word, slot), place as u32);
+            }
             let mask = 0b0110_1001;
             let by_place = turn.by_place(word, mask);
             for (place, slot) in visited.into_iter().enumerate() {

@@ -1,6 +1,6 @@
 //! The traversal of a single ray.
 
-use super::code::{INDEX, is_leaf, is_node, is_ref, records};
+use super::code::{EMPTY, INDEX, is_leaf, is_node, is_ref, records};
 use super::cursor::{Cursor, Place, TraceError, Visited};
 use super::group::Crossings;
 use super::lanes::Lanes;
@@ -205,10 +205,11 @@ impl<L: Lanes, Q: Query> Part for InBlock<'_, '_, L, Q> {
             self;
         // Some blocks are entered for a leaf, which takes none.
         let mut frame = None;
+        let mut child = run.at.child();
         let leave = 'block: loop {
-            while is_node(run.at.child()) {
+            while is_node(child) {
                 let Run { t_min, t_max, at, height, .. } = &mut run;
-                let Some(node) = view.node(at.child() & INDEX) else { break 'block Leave::Corrupt };
+                let Some(node) = view.node(child & INDEX) else { break 'block Leave::Corrupt };
                 if at.spent() {
                     break 'block Leave::Corrupt;
                 }
@@ -218,14 +219,16 @@ impl<L: Lanes, Q: Query> Part for InBlock<'_, '_, L, Q> {
                 let met = lanes.visit(frame, node, turn, span, at.entry.tag(), places);
                 if met.count == 0 {
                     at.is_empty();
+                    child = EMPTY;
                     break;
                 }
                 stack.descend(height, at, met);
+                // Apart from the entry: the next node waits for the child, and not for its place.
+                child = met.first as u16;
                 if trails {
                     stack.note(at.entry);
                 }
             }
-            let child = run.at.child();
             if is_leaf(child) {
                 run.at.tests();
                 let (first, count) = records(child);
@@ -246,6 +249,7 @@ impl<L: Lanes, Q: Query> Part for InBlock<'_, '_, L, Q> {
             if next == Next::Elsewhere {
                 break Leave::Block;
             }
+            child = run.at.child();
         };
         (leave, run)
     }

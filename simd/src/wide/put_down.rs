@@ -1,8 +1,8 @@
 //! The children that a ray meets, put down in its order.
 //!
-//! Slots are brought into the order of the ray first, then compared, so that the mask of what is met is in that order too; what is met
-//! is then moved together (Fuetterling, Lojewski, Pfreundt, Ebert: Accelerated Single Ray Tracing for Wide Vector Units, 2017). There is no
-//! branch for how many there are.
+//! Slots are brought into the order of the ray, so that the mask of what is met is in that order too; what is met is then moved together
+//! (Fuetterling, Lojewski, Pfreundt, Ebert: Accelerated Single Ray Tracing for Wide Vector Units, 2017). There is no branch for how many there are;
+//! with AVX2 there is one for a child alone.
 
 #[allow(clippy::wildcard_imports, reason = "a kernel names a hundred instructions")]
 use core::arch::x86_64::*;
@@ -24,8 +24,8 @@ pub trait PutDown: Copy + Debug {
     /// The machine has AVX2, and this is possible.
     unsafe fn apart<T: Part>(part: T) -> T::Result;
 
-    /// [`Lanes::visit`](kiloray_core::trace::Lanes::visit) of boxes that were tested: `order` is the ray's word of the node, `child` its children by slot, as `first` has
-    /// them. With a tag they get it and their places.
+    /// [`Lanes::visit`](kiloray_core::trace::Lanes::visit) of boxes that were tested: `order` is the ray's word of the node, `first` has its children as well. With a
+    /// tag they get it and their places.
     ///
     /// # Safety
     /// The machine has AVX2, and this is possible.
@@ -33,11 +33,20 @@ pub trait PutDown: Copy + Debug {
         hits: &Hits,
         turn: Turn,
         order: u32,
-        child: __m256i,
+        children: Children,
         first: impl Fn(usize) -> u32,
         tag: Option<u32>,
         to: Places<'_>,
     ) -> Met;
+}
+
+/// The children of a node, by slot.
+#[derive(Debug, Clone, Copy)]
+pub enum Children {
+    /// Eight numbers of two bytes.
+    Stored(__m128i),
+    /// Of four bytes, as they are in the top.
+    Expanded(__m256i),
 }
 
 /// With a table of all masks.
@@ -87,7 +96,7 @@ unsafe fn in_order(
     hits: &Hits,
     turn: Turn,
     order: u32,
-    child: __m256i,
+    children: Children,
     tag: Option<u32>,
 ) -> Ordered {
     // SAFETY: by the caller; the load is of eight numbers.
@@ -95,7 +104,11 @@ unsafe fn in_order(
         let shifts = &SHIFTS[usize::from(turn.is_backward())];
         let shifts = _mm256_loadu_si256(shifts.as_ptr().cast());
         let slots = _mm256_srlv_epi32(_mm256_set1_epi32(order as i32), shifts);
-        let mut child = _mm256_permutevar8x32_epi32(child, slots);
+        let children = match children {
+            Children::Stored(children) => _mm256_cvtepu16_epi32(children),
+            Children::Expanded(children) => children,
+        };
+        let mut child = _mm256_permutevar8x32_epi32(children, slots);
         if let Some(tag) = tag {
             let places =
                 _mm256_setr_epi32(0, 1 << 16, 2 << 16, 3 << 16, 4 << 16, 5 << 16, 6 << 16, 7 << 16);
@@ -109,11 +122,15 @@ unsafe fn in_order(
     }
 }
 
-/// For each mask of places, where the last eight come from: those of the mask at the end, in their order.
-static TOGETHER: [[u8; 8]; 256] = together();
+/// For each mask of places, where the last eight come from, those of the mask at the end, in their order: each as the two bytes, of sixteen, that
+/// are the place's.
+#[repr(align(16))]
+struct Together([[[u8; 2]; 8]; 256]);
 
-const fn together() -> [[u8; 8]; 256] {
-    let mut table = [[0; 8]; 256];
+static TOGETHER: Together = Together(together());
+
+const fn together() -> [[[u8; 2]; 8]; 256] {
+    let mut table = [[[0, 1]; 8]; 256];
     let mut mask = 0;
     while mask < 256 {
         let (mut to, mut place) = (8, 8);
@@ -121,12 +138,74 @@ const fn together() -> [[u8; 8]; 256] {
             place -= 1;
             if mask >> place & 1 == 1 {
                 to -= 1;
-                table[mask][to] = place as u8;
+                table[mask][to] = [2 * place as u8, 2 * place as u8 + 1];
             }
         }
         mask += 1;
     }
     table
+}
+
+/// Where the places of a mask come from.
+///
+/// # Safety
+/// The machine has AVX2.
+#[inline(always)]
+unsafe fn from(mask: u32) -> __m128i {
+    // SAFETY: by the caller; the load is of one mask's row, as aligned as the table.
+    unsafe { _mm_load_si128(TOGETHER.0[mask as usize & 255].as_ptr().cast()) }
+}
+
+/// Pairs of bytes as numbers of four bytes, of which the last three bits say which pair.
+///
+/// # Safety
+/// The machine has AVX2.
+#[inline(always)]
+unsafe fn index(pairs: __m128i) -> __m256i {
+    // SAFETY: by the caller.
+    unsafe { _mm256_cvtepu16_epi32(_mm_srli_epi16::<1>(pairs)) }
+}
+
+/// How the eight slots of a word become pairs of bytes: of each the two bytes of the word that it lies in, and what takes it to their top.
+#[repr(align(16))]
+struct Lift {
+    bytes: [[u8; 2]; 8],
+    factor: [u16; 8],
+}
+
+/// Forward and backward.
+static LIFTS: [Lift; 2] = [lift(false), lift(true)];
+
+const fn lift(backward: bool) -> Lift {
+    let mut lift = Lift { bytes: [[0; 2]; 8], factor: [0; 8] };
+    let mut place = 0;
+    while place < 8 {
+        let bit = 3 * if backward { 7 - place } else { place };
+        let byte = bit / 8;
+        lift.bytes[place] = [byte as u8, byte as u8 + 1];
+        lift.factor[place] = 1 << (13 - bit % 8);
+        place += 1;
+    }
+    lift
+}
+
+/// The slots of a word in the order of a ray, each as the two bytes, of sixteen, that are the slot's.
+///
+/// # Safety
+/// The machine has AVX2.
+#[inline(always)]
+unsafe fn slots(turn: Turn, order: u32) -> __m128i {
+    let Lift { bytes, factor } = &LIFTS[usize::from(turn.is_backward())];
+    // SAFETY: by the caller; loads are of whole arrays, as aligned as what they lie in.
+    unsafe {
+        let word =
+            _mm_shuffle_epi8(_mm_set1_epi32(order as i32), _mm_load_si128(bytes.as_ptr().cast()));
+        let top = _mm_mullo_epi16(word, _mm_load_si128(factor.as_ptr().cast()));
+        let top = _mm_and_si128(top, _mm_set1_epi16(7 << 13));
+        // Twice the slot in both bytes, and one more in the second.
+        let twice = _mm_mulhi_epu16(top, _mm_set1_epi16(0x0202 << 3));
+        _mm_or_si128(twice, _mm_set1_epi16(0x0100))
+    }
 }
 
 impl PutDown for ByTable {
@@ -140,27 +219,58 @@ impl PutDown for ByTable {
         part.run()
     }
 
+    /// Compares first, and brings the verdicts, of two bytes each, into the order: moving 32 bytes across their halves takes eight cycles on some
+    /// machines, and the next node waits for the mask.
     #[inline(always)]
     unsafe fn put_down(
         hits: &Hits,
         turn: Turn,
         order: u32,
-        child: __m256i,
+        children: Children,
         first: impl Fn(usize) -> u32,
         tag: Option<u32>,
         to: Places<'_>,
     ) -> Met {
         // SAFETY: by the caller; the load is of eight bytes, the stores of eight numbers each.
         unsafe {
-            let Ordered { enter, leave, child } = in_order(hits, turn, order, child, tag);
-            let mask = _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LE_OQ>(enter, leave)) as u32;
-            if mask == 0 {
+            let met = _mm256_cmp_ps::<_CMP_LE_OQ>(hits.enter, hits.leave);
+            let any = _mm256_movemask_ps(met) as u32;
+            if any == 0 {
                 return NONE;
             }
-            let from = _mm_loadl_epi64(TOGETHER[mask as usize & 255].as_ptr().cast());
-            let from = _mm256_cvtepu8_epi32(from);
-            let near = _mm256_permutevar8x32_ps(enter, from);
-            let entry = _mm256_permutevar8x32_epi32(child, from);
+            if any & any.wrapping_sub(1) == 0 {
+                // So it is with about half of all nodes, and the next one need not wait for the order.
+                let slot = any.trailing_zeros();
+                let place = || turn.place(order, slot as usize) << 16;
+                let first = first(slot as usize) | tag.map_or(0, |tag| tag | place());
+                let slot = _mm256_castsi128_si256(_mm_cvtsi32_si128(slot as i32));
+                to.near[7] = _mm256_cvtss_f32(_mm256_permutevar8x32_ps(hits.enter, slot));
+                to.entry[7] = first;
+                return Met { count: 1, first };
+            }
+            let slots = slots(turn, order);
+            let met = _mm256_castps_si256(met);
+            let met =
+                _mm_packs_epi32(_mm256_castsi256_si128(met), _mm256_extracti128_si256::<1>(met));
+            let met = _mm_shuffle_epi8(met, slots);
+            let mask = _mm_movemask_epi8(_mm_packs_epi16(met, _mm_setzero_si128())) as u32;
+            let from = from(mask);
+            let slots = _mm_shuffle_epi8(slots, from);
+            let index = index(slots);
+            let mut entry = match children {
+                Children::Stored(children) => {
+                    _mm256_cvtepu16_epi32(_mm_shuffle_epi8(children, slots))
+                }
+                Children::Expanded(children) => _mm256_permutevar8x32_epi32(children, index),
+            };
+            if let Some(tag) = tag {
+                // Of twice a place.
+                let twice = _mm256_cvtepu16_epi32(_mm_and_si128(from, _mm_set1_epi16(0b1110)));
+                let tag = _mm256_set1_epi32(tag as i32);
+                entry =
+                    _mm256_or_si256(_mm256_or_si256(entry, tag), _mm256_slli_epi32::<15>(twice));
+            }
+            let near = _mm256_permutevar8x32_ps(hits.enter, index);
             _mm256_storeu_ps(to.near.as_mut_ptr(), near);
             _mm256_storeu_si256(to.entry.as_mut_ptr().cast(), entry);
             // Not from there: the next node waits for it.
@@ -190,22 +300,21 @@ impl PutDown for ByCompression {
         hits: &Hits,
         turn: Turn,
         order: u32,
-        child: __m256i,
+        children: Children,
         _: impl Fn(usize) -> u32,
         tag: Option<u32>,
         to: Places<'_>,
     ) -> Met {
         // SAFETY: by the caller; the load is of eight bytes, the stores of eight numbers each.
         unsafe {
-            let Ordered { enter, leave, child } = in_order(hits, turn, order, child, tag);
+            let Ordered { enter, leave, child } = in_order(hits, turn, order, children, tag);
             let mask = _mm256_cmp_ps_mask::<_CMP_LE_OQ>(enter, leave);
             if mask == 0 {
                 return NONE;
             }
             // The next node waits for the first. What waits longer goes by the table: places that begin anywhere would take a mask of their own.
             let first = _mm256_cvtsi256_si32(_mm256_maskz_compress_epi32(mask, child)) as u32;
-            let from = _mm_loadl_epi64(TOGETHER[usize::from(mask)].as_ptr().cast());
-            let from = _mm256_cvtepu8_epi32(from);
+            let from = index(from(mask.into()));
             _mm256_storeu_ps(to.near.as_mut_ptr(), _mm256_permutevar8x32_ps(enter, from));
             let entry = _mm256_permutevar8x32_epi32(child, from);
             _mm256_storeu_si256(to.entry.as_mut_ptr().cast(), entry);
