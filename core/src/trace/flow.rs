@@ -302,10 +302,9 @@ fn decode(planes: &mut [[Row; 3]; 2], header: &BlockHeader, node: &Node, signs: 
     let (near, far) = sides((&node.lo, &node.hi), signs);
     for (rows, bounds) in planes.iter_mut().zip([near, far]) {
         let frame = header.origin.iter().zip(&header.scale);
-        for ((row, bounds), (origin, scale)) in rows.iter_mut().zip(bounds).zip(frame) {
-            for (plane, &q) in row.iter_mut().zip(bounds) {
-                *plane = origin + scale * f32::from(q);
-            }
+        for ((row, bounds), (&origin, &scale)) in rows.iter_mut().zip(bounds).zip(frame) {
+            // A row at a time: number by number, each would wait to see whether the last was written over the frame.
+            *row = bounds.map(|q| origin + scale * f32::from(q));
         }
     }
 }
