@@ -64,9 +64,10 @@ impl Turn {
     pub const fn place(self, order: u32, slot: usize) -> u32 {
         const ONES: u32 = 0o1111_1111;
         // The three bits of the place are those that differ nowhere.
-        let differ = order ^ (slot as u32 & 7) * ONES;
+        let differ = order ^ ((slot as u32 & 7) * ONES);
         let same = !(differ | differ >> 1 | differ >> 2) & ONES;
-        (same.trailing_zeros() / 3 & 7) ^ self.flip as u32
+        let place = same.trailing_zeros() / 3;
+        (place & 7) ^ self.flip as u32
     }
 
     /// A mask of slots by place.
