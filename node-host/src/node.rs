@@ -21,6 +21,9 @@ const LAST_WORDS: Duration = Duration::from_millis(500);
 /// The host leaves when it has the reports of all nodes, or has waited for them in vain: no later than this.
 const HOST_LEAVES: Duration = Duration::from_secs(3);
 
+/// How often a directory is removed, at most, into which something is put meanwhile.
+const REMOVALS: u32 = 1000;
+
 /// A node's life: it takes its place in the network, works until the host says that it is over, and reports.
 ///
 /// `incarnation` tells it from others that were or will be at its place. Unless it `is_tied` to a supervisor ([`tie`]), it ends also when the host is gone.
@@ -125,7 +128,7 @@ pub fn tie(config: &Path) {
         if let Some(folder) = &folder
             && name.is_some_and(|name| name.starts_with(FOLDER_PREFIX))
         {
-            let _ = fs::remove_dir_all(folder);
+            remove(folder);
         }
         // Not `exit`: it would wait for the engine's threads, and whatever is half done is of no use to anybody.
         #[cfg(unix)]
@@ -133,6 +136,16 @@ pub fn tie(config: &Path) {
             rustix::process::kill_process(rustix::process::getpid(), rustix::process::Signal::KILL);
         process::exit(0);
     });
+}
+
+/// Removes the directory of nodes. Others remove it at the same time, and what has only begun to listen, here or there, may put a socket into it
+/// between the last look and the end: then it is removed again.
+fn remove(folder: &Path) {
+    for _ in 0..REMOVALS {
+        if fs::remove_dir_all(folder).is_ok() || !folder.exists() {
+            return;
+        }
+    }
 }
 
 /// Checks the blocks that a node reads in place, once, and no others.
@@ -144,4 +157,28 @@ fn check_share(path: &Path, file: &KiloView<'_>, job: &Job, here: NodeId) -> Res
             .map_err(|error| Error::Share { path: path.into(), error })?;
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_directory_is_removed_into_which_others_put_something_meanwhile() {
+        for _ in 0..20 {
+            let folder = tempfile::tempdir().unwrap().keep();
+            let fills = |from: u32| {
+                let folder = &folder;
+                move || {
+                    (from..from + 100).for_each(|n| drop(fs::write(folder.join(n.to_string()), [])))
+                }
+            };
+            thread::scope(|scope| {
+                scope.spawn(fills(0));
+                scope.spawn(fills(100));
+                scope.spawn(|| remove(&folder));
+            });
+            assert!(!folder.exists());
+        }
+    }
 }
