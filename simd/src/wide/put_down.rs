@@ -231,7 +231,7 @@ impl PutDown for ByTable {
         tag: Option<u32>,
         to: Places<'_>,
     ) -> Met {
-        // SAFETY: by the caller; the load is of eight bytes, the stores of eight numbers each.
+        // SAFETY: by the caller; the stores are of eight numbers each.
         unsafe {
             let met = _mm256_cmp_ps::<_CMP_LE_OQ>(hits.enter, hits.leave);
             let any = _mm256_movemask_ps(met) as u32;
@@ -305,7 +305,7 @@ impl PutDown for ByCompression {
         tag: Option<u32>,
         to: Places<'_>,
     ) -> Met {
-        // SAFETY: by the caller; the load is of eight bytes, the stores of eight numbers each.
+        // SAFETY: by the caller; the stores are of eight numbers each.
         unsafe {
             let Ordered { enter, leave, child } = in_order(hits, turn, order, children, tag);
             let mask = _mm256_cmp_ps_mask::<_CMP_LE_OQ>(enter, leave);
