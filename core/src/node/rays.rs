@@ -1,5 +1,5 @@
 use super::rules::Rule;
-use super::shadows::swap;
+use super::shadows::{put, take_over};
 use super::slots::{RaySlot, Root, RootState, Stage};
 use super::tell::tell;
 use super::{Node, RayKind, Settings, TaskOrder, Time, Traced, World};
@@ -483,11 +483,12 @@ impl<W: World> Node<'_, W> {
         let mut at = shadows.len().saturating_sub(*parked);
         while let Some(next) = awaited.get(at..).and_then(|rest| place_of(block, rest)) {
             at = at.saturating_add(next);
+            let Some(&slot) = shadows.get(at) else { break };
             // The place that it leaves is taken by the first of those that still wait.
             let first = shadows.len().saturating_sub(*parked);
-            swap(shadows, first, at);
-            swap(awaited, first, at);
-            swap(shadows, first, *fresh);
+            take_over(shadows, at, first);
+            take_over(awaited, at, first);
+            put(shadows, *fresh, slot);
             *parked = parked.saturating_sub(1);
             *fresh = fresh.saturating_add(1);
             *looked_at = looked_at.saturating_add(1);

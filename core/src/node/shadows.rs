@@ -73,11 +73,10 @@ impl<W: World> Node<'_, W> {
 
     /// Puts a shadow ray behind the others, but before those that have been looked at.
     fn put_shadow(&mut self, slot: ShadowSlot) {
-        if let Some(place) = self.shadows.get_mut(self.fresh) {
-            *place = slot;
-            swap(self.shadows, self.fresh.saturating_sub(self.looked_at), self.fresh);
-            self.fresh = self.fresh.saturating_add(1);
-        }
+        let first = self.fresh.saturating_sub(self.looked_at);
+        take_over(self.shadows, self.fresh, first);
+        put(self.shadows, first, slot);
+        self.fresh = self.fresh.saturating_add(1);
     }
 
     /// Traces some of the shadow rays that wait, bundle by bundle.
@@ -93,7 +92,12 @@ impl<W: World> Node<'_, W> {
             // Those that go on stand behind them: among them they would divide bundles.
             let begin = self.fresh.saturating_sub(self.looked_at);
             let begin = self.shadows.get_mut(..begin).unwrap_or_default();
-            crate::render::sort_by_key(begin, |slot| slot.shadow.order(by_signs) ^ turned);
+            let order = |slot: &ShadowSlot| slot.shadow.order(by_signs) ^ turned;
+            // Nobody waits there: no block is awaited.
+            #[cfg(feature = "bundles")]
+            crate::render::sort_large_by_key(begin, self.awaited, order);
+            #[cfg(not(feature = "bundles"))]
+            crate::render::sort_by_key(begin, order);
         }
         let traced = match self.last_bundle() {
             Some((false, count)) if self.skip_bundle(count, now) => SHADOWS_PER_STEP,
@@ -229,10 +233,18 @@ impl<W: World> Node<'_, W> {
     }
 }
 
-/// Lets two change places.
+/// Puts one in a place, whatever is there.
 #[cfg_attr(not(feature = "bundles"), inline(never))]
-pub(super) fn swap<T>(all: &mut [T], one: usize, other: usize) {
-    if let Ok([one, other]) = all.get_disjoint_mut([one, other]) {
-        core::mem::swap(one, other);
+pub(super) fn put<T>(all: &mut [T], place: usize, one: T) {
+    if let Some(place) = all.get_mut(place) {
+        *place = one;
+    }
+}
+
+/// A place gets what is in another, where it is not needed any more.
+#[cfg_attr(not(feature = "bundles"), inline(never))]
+pub(super) fn take_over<T: Copy>(all: &mut [T], place: usize, other: usize) {
+    if let Some(&one) = all.get(other) {
+        put(all, place, one);
     }
 }

@@ -51,6 +51,8 @@ pub use renderer::{Job, RenderError, Renderer};
 pub use scratch::Scratch;
 pub use sight::Sight;
 pub(crate) use sort::sort_by_key;
+#[cfg(feature = "bundles")]
+pub(crate) use sort::sort_large_by_key;
 pub(crate) use tile::Places;
 pub use tile::{Tile, Tiling};
 pub(crate) use trust::Trust;

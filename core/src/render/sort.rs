@@ -20,6 +20,53 @@ pub(crate) fn sort_by_key<T: Copy>(items: &mut [T], key: impl Fn(&T) -> u32) {
     }
 }
 
+/// The same of items that are large: their keys and places are sorted in `room`, which has a number for each, and each item moves once.
+///
+/// Where keys and places take more than 32 bits, keys that differ in the lowest of theirs alone count as equal.
+#[cfg(feature = "bundles")]
+pub(crate) fn sort_large_by_key<T: Copy>(
+    items: &mut [T],
+    room: &mut [u32],
+    key: impl Fn(&T) -> u32,
+) {
+    let first = items.first().map_or(0, &key);
+    let mut differ = 0;
+    for (tag, item) in room.iter_mut().zip(&*items) {
+        *tag = key(item);
+        differ |= *tag ^ first;
+    }
+    if differ == 0 || room.len() < items.len() {
+        return;
+    }
+    let Some(tags) = room.get_mut(..items.len()) else { return };
+    let of_key = u32::BITS.saturating_sub(differ.leading_zeros());
+    let of_place = usize::BITS.saturating_sub(items.len().saturating_sub(1).leading_zeros());
+    let left_out = of_key.saturating_add(of_place).saturating_sub(u32::BITS);
+    for (tag, place) in tags.iter_mut().zip(0..) {
+        *tag = tag.unbounded_shr(left_out).unbounded_shl(of_place) | place;
+    }
+    sort_by_key(tags, |tag| tag.unbounded_shr(of_place));
+    let places = !u32::MAX.unbounded_shl(of_place);
+    for begin in 0..items.len() {
+        let mut from = tags.get(begin).map_or(begin, |tag| (tag & places) as usize);
+        let Some(&one) = items.get(begin).filter(|_| from != begin) else { continue };
+        let mut to = begin;
+        // What belongs here, then what belongs where that was, until that is where it began.
+        while from != begin {
+            let (Some(&other), Some(tag)) = (items.get(from), tags.get_mut(from)) else { break };
+            if let Some(place) = items.get_mut(to) {
+                *place = other;
+            }
+            to = from;
+            from = (*tag & places) as usize;
+            *tag = to as u32;
+        }
+        if let Some(place) = items.get_mut(to) {
+            *place = one;
+        }
+    }
+}
+
 /// Puts those that are `high` behind the others.
 fn exchange<T: Copy>(items: &mut [T], high: impl Fn(&T) -> bool) {
     let mut rest = items.iter_mut();
@@ -48,5 +95,35 @@ mod tests {
                 prop_assert_eq!(&items, &expected);
             }
         }
+
+        #[cfg(feature = "bundles")]
+        #[test]
+        fn large_items_are_sorted_alike(mut items: Vec<u32>, few in 1_u32..9, more in 0_usize..3) {
+            let mut room = vec![7; items.len() + more];
+            for limit in [1 << 24, few] {
+                items.iter_mut().for_each(|x| *x %= limit);
+                for high in [0, 1 << 31] {
+                    let mut expected = items.clone();
+                    sort_by_key(&mut expected, |&x| x | high);
+                    sort_large_by_key(&mut items, &mut room, |&x| x | high);
+                    prop_assert_eq!(&items, &expected);
+                    items.reverse();
+                }
+            }
+        }
+    }
+
+    #[cfg(feature = "bundles")]
+    #[test]
+    fn all_items_remain_whatever_their_keys_leave_of_room() {
+        // A key of 32 bits and five for the place.
+        let all: std::vec::Vec<u32> = (0..32).map(|i: u32| i.reverse_bits() | i).collect();
+        let (mut items, mut room) = (all.clone(), [0; 32]);
+        sort_large_by_key(&mut items, &mut room, |&x| x);
+        assert!(items.is_sorted_by_key(|x| x >> 5));
+        items.sort_unstable();
+        let mut all = all;
+        all.sort_unstable();
+        assert_eq!(items, all);
     }
 }
