@@ -49,7 +49,7 @@ impl<'a> Arena<'a> {
     /// What `len` values of `T` take of an arena: whole chunks.
     #[must_use]
     pub const fn bytes_of<T>(len: usize) -> usize {
-        round_up(size_of::<T>().saturating_mul(len))
+        bytes_of(size_of::<T>(), len)
     }
 
     /// Takes `len` zeroed values of `T` off the front.
@@ -58,16 +58,15 @@ impl<'a> Arena<'a> {
     /// [`ArenaFull`] if fewer bytes are left; nothing is taken then.
     pub fn carve<T: Pod>(&mut self, len: usize) -> Result<&'a mut [T], ArenaFull> {
         const { assert!(align_of::<T>() <= CHUNK_BYTES && size_of::<T>() > 0) };
-        let bytes = self.carve_bytes(size_of::<T>().saturating_mul(len))?;
+        let bytes = self.carve_bytes(size_of::<T>(), len)?;
         // It cannot fail: the bytes are those of `len` values, and a chunk is aligned for any `T`.
-        let full = ArenaFull { need: bytes.len(), have: 0 };
-        bytemuck::try_cast_slice_mut(bytes).map_err(|_| full)
+        Ok(bytemuck::try_cast_slice_mut(bytes).unwrap_or_default())
     }
 
     /// What all types have in common: it is in the code once.
     #[inline(never)]
-    fn carve_bytes(&mut self, bytes: usize) -> Result<&'a mut [u8], ArenaFull> {
-        let need = round_up(bytes);
+    fn carve_bytes(&mut self, size: usize, len: usize) -> Result<&'a mut [u8], ArenaFull> {
+        let need = bytes_of(size, len);
         let full = ArenaFull { need, have: self.free_bytes() };
         let free = core::mem::take(&mut self.free);
         if need / CHUNK_BYTES > free.len() {
@@ -77,7 +76,7 @@ impl<'a> Arena<'a> {
         let (line, rest) = free.split_at_mut(need / CHUNK_BYTES);
         self.free = rest;
         line.fill(Chunk::ZERO);
-        bytemuck::cast_slice_mut::<Chunk, u8>(line).get_mut(..bytes).ok_or(full)
+        bytemuck::cast_slice_mut::<Chunk, u8>(line).get_mut(..size.saturating_mul(len)).ok_or(full)
     }
 }
 
@@ -99,9 +98,10 @@ impl fmt::Display for ArenaFull {
 
 impl core::error::Error for ArenaFull {}
 
-/// Up to whole chunks.
-pub(super) const fn round_up(bytes: usize) -> usize {
-    bytes.saturating_add(CHUNK_BYTES - 1) / CHUNK_BYTES * CHUNK_BYTES
+/// What so many values of this size take, up to whole chunks.
+#[cfg_attr(not(feature = "bundles"), inline(never))]
+const fn bytes_of(size: usize, len: usize) -> usize {
+    size.saturating_mul(len).saturating_add(CHUNK_BYTES - 1) / CHUNK_BYTES * CHUNK_BYTES
 }
 
 #[cfg(test)]
