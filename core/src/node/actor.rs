@@ -3,7 +3,7 @@ use super::help::Helpers;
 use super::outbox::Outbox;
 use super::rom::Blocks;
 use super::rules::Rule;
-use super::slots::{FetchSlot, RaySlot, Root, RootState, Serve, ShadowSlot, Stage};
+use super::slots::{FetchSlot, Onward, RaySlot, Root, RootState, Serve, Stage};
 use super::tell::tell;
 use super::tiles::Tiles;
 use super::{
@@ -12,7 +12,7 @@ use super::{
 };
 use crate::network::{Channel, Mesh, NodeId, Router};
 use crate::protocol::Message;
-use crate::shade::Sum;
+use crate::shade::{Shadow, Sum};
 use crate::store::{Arena, ArenaFull, BlockCache, Budget, Line, Queue};
 
 /// A node of a mesh: the actor, in the memory it was lent.
@@ -37,12 +37,16 @@ pub struct Node<'a, W> {
     /// Ray slots that can go on.
     pub(super) ready: Queue<'a, u16>,
     /// Shadow rays to be traced at the front, those that wait for a block at the end.
-    pub(super) shadows: &'a mut [ShadowSlot],
-    /// The block that each of those at the end waits for.
+    pub(super) shadows: &'a mut [Shadow],
+    /// Where those at the end go on, and those that do so.
+    pub(super) onward: &'a mut [Onward],
+    /// The block that each of those at the end waits for: all are gone through for each block that comes.
     pub(super) awaited: &'a mut [u32],
     pub(super) fresh: usize,
     /// So many of them, the last, have been looked at with their bundle.
     pub(super) looked_at: usize,
+    /// Of these so many, the last, go on: the block that they waited for has come.
+    pub(super) going: usize,
     pub(super) parked: usize,
     /// Shadow rays are traced until none is left to be: they are sorted.
     pub(super) draining: bool,
@@ -154,9 +158,11 @@ impl<'a, W: World> Node<'a, W> {
             blocked: 0,
             ready: Queue::new(arena.carve(plan.rays)?),
             shadows: arena.carve(plan.shadows)?,
+            onward: arena.carve(plan.shadows)?,
             awaited: arena.carve(plan.shadows)?,
             fresh: 0,
             looked_at: 0,
+            going: 0,
             parked: 0,
             draining: false,
             turned: false,

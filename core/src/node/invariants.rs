@@ -6,7 +6,6 @@ use super::{Node, World};
 use crate::path::mix;
 use crate::shade::Task;
 use crate::store::Residency;
-use crate::trace::Trail;
 
 impl<W: World> Node<'_, W> {
     /// Looks at all of it.
@@ -77,7 +76,7 @@ impl<W: World> Node<'_, W> {
         let in_use = self.rays.iter().filter(|slot| slot.stage() != Stage::Free);
         let parked = self.shadows.iter().rev().take(self.parked);
         let shadows = self.shadows.iter().take(self.fresh).chain(parked);
-        let roots = in_use.map(|slot| slot.root).chain(shadows.map(|slot| slot.shadow.root));
+        let roots = in_use.map(|slot| slot.root).chain(shadows.map(|shadow| shadow.root));
         for (root, at) in self.roots.iter().zip(0..) {
             let waits = matches!(
                 root.state(),
@@ -102,11 +101,9 @@ impl<W: World> Node<'_, W> {
         let room = self.shadows.len().checked_sub(self.parked);
         debug_assert!(room >= Some(self.fresh), "shadow rays have a place each");
         debug_assert!(self.looked_at <= self.fresh, "those that have been looked at are there");
-        let mut begin = self.shadows.iter().take(self.fresh.saturating_sub(self.looked_at));
-        let all_begin = begin.all(|slot| slot.trail == Trail::START);
-        debug_assert!(all_begin, "shadow rays that go on stand behind those that begin");
-        let parked = self.shadows.iter().zip(&*self.awaited).rev().take(self.parked);
-        let mut differ = parked.filter(|(slot, block)| slot.trail.block() != **block);
+        debug_assert!(self.going <= self.looked_at, "those that go on have been looked at");
+        let parked = self.onward.iter().zip(&*self.awaited).rev().take(self.parked);
+        let mut differ = parked.filter(|(onward, block)| onward.trail.block() != **block);
         debug_assert!(differ.next().is_none(), "the block that a shadow ray waits for is known");
     }
 
@@ -132,9 +129,9 @@ impl<W: World> Node<'_, W> {
         }
         // Whoever waits for a block waits for one that was asked for, or will be.
         let blocked = self.rays.iter().filter(|slot| slot.stage() == Stage::Blocked);
-        let parked = self.shadows.iter().rev().take(self.parked);
-        let mut waited =
-            blocked.map(|slot| slot.trail().block()).chain(parked.map(|slot| slot.trail.block()));
+        let parked = self.onward.iter().rev().take(self.parked);
+        let parked = parked.map(|onward| onward.trail.block());
+        let mut waited = blocked.map(|slot| slot.trail().block()).chain(parked);
         let will_come = |block| asked.clone().any(|fetch| fetch.block == block);
         debug_assert!(self.starved || waited.all(will_come), "a block that is waited for comes");
     }

@@ -1,11 +1,11 @@
 use super::group::{Group, Member};
 use super::outbox::Open;
-use super::slots::{FetchSlot, RaySlot, Root, Serve, ShadowSlot};
+use super::slots::{FetchSlot, Onward, RaySlot, Root, Serve};
 use super::{PointHome, RayKind, Schedule, ShadowPolicy};
 use crate::network::{Channel, Mesh, NodeId, RouterSize};
 use crate::protocol::Item;
 use crate::render::Tiling;
-use crate::shade::Sum;
+use crate::shade::{Shadow, Sum};
 use crate::store::{
     Arena, Budget, BudgetError, Line, LineBudget, frame_bytes, frame_table_bytes, frames_that_fit,
 };
@@ -305,7 +305,8 @@ impl NodePlan {
             LineBudget::new(
                 Line::Bundles,
                 self.shadows,
-                Arena::bytes_of::<ShadowSlot>(self.shadows)
+                Arena::bytes_of::<Shadow>(self.shadows)
+                    .saturating_add(Arena::bytes_of::<Onward>(self.shadows))
                     .saturating_add(Arena::bytes_of::<u32>(self.shadows)),
             ),
             LineBudget::new(Line::Messages, packets, messages),

@@ -479,19 +479,22 @@ impl<W: World> Node<'_, W> {
                 self.enqueue(number as u16);
             }
         }
-        let Self { shadows, awaited, fresh, looked_at, parked, .. } = self;
+        let Self { shadows, onward, awaited, fresh, looked_at, going, parked, .. } = self;
         let mut at = shadows.len().saturating_sub(*parked);
         while let Some(next) = awaited.get(at..).and_then(|rest| place_of(block, rest)) {
             at = at.saturating_add(next);
-            let Some(&slot) = shadows.get(at) else { break };
+            let (Some(&shadow), Some(&trail)) = (shadows.get(at), onward.get(at)) else { break };
             // The place that it leaves is taken by the first of those that still wait.
             let first = shadows.len().saturating_sub(*parked);
             take_over(shadows, at, first);
+            take_over(onward, at, first);
             take_over(awaited, at, first);
-            put(shadows, *fresh, slot);
+            put(shadows, *fresh, shadow);
+            put(onward, *fresh, trail);
             *parked = parked.saturating_sub(1);
             *fresh = fresh.saturating_add(1);
             *looked_at = looked_at.saturating_add(1);
+            *going = going.saturating_add(1);
             at = at.saturating_add(1);
         }
     }

@@ -1,8 +1,8 @@
-use super::slots::{RaySlot, ShadowSlot};
+use super::slots::{Onward, RaySlot};
 use super::together::bundle_len;
 use super::{Lit, Node, Prefetch, RayKind, Time, Traced, World};
 use crate::shade::{PathRay, Shadow, Sum};
-use crate::trace::{BUNDLE, Trail};
+use crate::trace::BUNDLE;
 
 /// Shadow rays traced one by one in a step, at least.
 const SHADOWS_PER_STEP: u32 = 2;
@@ -57,7 +57,7 @@ impl<W: World> Node<'_, W> {
                 }
             } else {
                 (shadow.pixel, shadow.root) = (pixel, root);
-                self.put_shadow(ShadowSlot::new(shadow));
+                self.put_shadow(shadow);
             }
             made = made.saturating_add(1);
         }
@@ -71,12 +71,15 @@ impl<W: World> Node<'_, W> {
         (made as u32, all)
     }
 
-    /// Puts a shadow ray behind the others, but before those that have been looked at.
-    fn put_shadow(&mut self, slot: ShadowSlot) {
-        let first = self.fresh.saturating_sub(self.looked_at);
-        take_over(self.shadows, self.fresh, first);
-        put(self.shadows, first, slot);
-        self.fresh = self.fresh.saturating_add(1);
+    /// Puts a shadow ray behind the others, but before those that have been looked at, and so before those that go on.
+    fn put_shadow(&mut self, shadow: Shadow) {
+        let Self { shadows, onward, fresh, looked_at, going, .. } = self;
+        let [looked_at, going] = [looked_at, going].map(|last| fresh.saturating_sub(*last));
+        take_over(shadows, *fresh, going);
+        take_over(onward, *fresh, going);
+        take_over(shadows, going, looked_at);
+        put(shadows, looked_at, shadow);
+        *fresh = fresh.saturating_add(1);
     }
 
     /// Traces some of the shadow rays that wait, bundle by bundle.
@@ -92,7 +95,7 @@ impl<W: World> Node<'_, W> {
             // Those that go on stand behind them: among them they would divide bundles.
             let begin = self.fresh.saturating_sub(self.looked_at);
             let begin = self.shadows.get_mut(..begin).unwrap_or_default();
-            let order = |slot: &ShadowSlot| slot.shadow.order(by_signs) ^ turned;
+            let order = |shadow: &Shadow| shadow.order(by_signs) ^ turned;
             // Nobody waits there: no block is awaited.
             #[cfg(feature = "bundles")]
             crate::render::sort_large_by_key(begin, self.awaited, order);
@@ -114,15 +117,17 @@ impl<W: World> Node<'_, W> {
     /// The shadow rays at the end that go to the same light and are at their beginning: whether they have been looked at, and how many they are.
     fn last_bundle(&self) -> Option<(bool, usize)> {
         let fresh = self.shadows.get(..self.fresh)?;
-        let source = fresh.last()?.shadow.source;
+        let source = fresh.last()?.source;
         // What has been looked at is gone through in each step: no further than it is traced.
         let traced = bundle_len().max(SHADOWS_PER_STEP as usize);
         let looked_at = self.looked_at > 0;
-        let most = if looked_at { traced.min(self.looked_at) } else { self.world.most() };
-        let last = fresh.get(fresh.len().saturating_sub(most)..)?;
-        let alike = |slot: &&ShadowSlot| {
-            slot.shadow.source == source && (!looked_at || slot.trail == Trail::START)
+        let most = match (looked_at, self.going) {
+            (true, 0) => traced.min(self.looked_at),
+            (true, _) => 0,
+            (false, _) => self.world.most(),
         };
+        let last = fresh.get(fresh.len().saturating_sub(most)..)?;
+        let alike = |shadow: &&Shadow| shadow.source == source;
         Some((looked_at, last.iter().rev().take_while(alike).count()))
     }
 
@@ -130,7 +135,7 @@ impl<W: World> Node<'_, W> {
     fn skip_bundle(&mut self, count: usize, now: Time) -> bool {
         let Self { world, blocks, work, .. } = self;
         let last = self.shadows.get(..self.fresh).unwrap_or_default().iter().rev().take(count);
-        let skipped = world.clear_of(blocks, last.map(|slot| &slot.shadow), work);
+        let skipped = world.clear_of(blocks, last, work);
         let clear = skipped > 0;
         let count = if clear { skipped } else { count.min(BUNDLE) };
         let first = self.fresh.saturating_sub(count);
@@ -139,8 +144,7 @@ impl<W: World> Node<'_, W> {
         let most = if clear { 0 } else { self.settings.prefetch.most() };
         let ahead = match room.get_mut(..most) {
             Some(room) if most > 0 => {
-                let rays = bundle.iter().map(|slot| &slot.shadow);
-                let found = world.touched(blocks, rays, room, work);
+                let found = world.touched(blocks, bundle.iter(), room, work);
                 room.get(..found).unwrap_or_default()
             }
             _ => &[],
@@ -159,21 +163,19 @@ impl<W: World> Node<'_, W> {
         clear
     }
 
-    /// The last shadow rays have come to their end: the last of all is hidden if the lowest bit is set, and so on.
+    /// The last shadow rays have come to their end, none of which goes on: the last of all is hidden if the lowest bit is set, and so on.
     ///
     /// Those of a point follow one another: what they bring is summed up, and added to their pixel once.
     pub(super) fn end_shadows(&mut self, mut count: usize, mut hidden: u64) {
         while count > 0 {
             let Self { world, shadows, fresh, .. } = &*self;
             let slots = shadows.get(..*fresh).unwrap_or_default();
-            let Some(&ShadowSlot { shadow: Shadow { root, pixel, .. }, .. }) = slots.last() else {
-                break;
-            };
-            let alike = |slot: &&ShadowSlot| (slot.shadow.root, slot.shadow.pixel) == (root, pixel);
+            let Some(&Shadow { root, pixel, .. }) = slots.last() else { break };
+            let alike = |shadow: &&Shadow| (shadow.root, shadow.pixel) == (root, pixel);
             let (mut sum, mut rays) = (Sum::ZERO, 0);
-            for slot in slots.iter().rev().take(count).take_while(alike) {
+            for shadow in slots.iter().rev().take(count).take_while(alike) {
                 if hidden & 1 == 0 {
-                    sum.add(world.passed(slot.shadow.light(), slot.depth));
+                    sum.add(world.passed(shadow.light(), Onward::START.depth));
                 }
                 hidden >>= 1;
                 rays += 1;
@@ -186,11 +188,16 @@ impl<W: World> Node<'_, W> {
         }
     }
 
-    /// Takes the last shadow ray.
-    pub(super) fn take_shadow(&mut self) -> Option<ShadowSlot> {
+    /// Takes the last shadow ray, and where it goes on.
+    pub(super) fn take_shadow(&mut self) -> Option<(Shadow, Onward)> {
         self.fresh = self.fresh.checked_sub(1)?;
         self.looked_at = self.looked_at.saturating_sub(1);
-        self.shadows.get(self.fresh).copied()
+        let mut onward = Onward::START;
+        if self.going > 0 {
+            self.going = self.going.saturating_sub(1);
+            onward = *self.onward.get(self.fresh)?;
+        }
+        Some((*self.shadows.get(self.fresh)?, onward))
     }
 
     /// Traces some of the last shadow rays one by one: how many. Of those that are not at their beginning `count` is 0.
@@ -198,36 +205,40 @@ impl<W: World> Node<'_, W> {
         let most = (self.step_len() / ALONE) as u32;
         let most = (count as u32).clamp(1, most.max(SHADOWS_PER_STEP));
         for _ in 0..most {
-            let Some(mut slot) = self.take_shadow() else { break };
-            let ray = slot.shadow.ray();
+            let Some((shadow, mut onward)) = self.take_shadow() else { break };
+            let Onward { trail, depth } = &mut onward;
             let Self { world, blocks, work, .. } = self;
-            let traced = world.shadow(blocks, &ray, &mut slot.trail, &mut slot.depth, work);
-            self.shadow_traced(slot, traced, now);
+            let traced = world.shadow(blocks, &shadow.ray(), trail, depth, work);
+            self.shadow_traced(&shadow, onward, traced, now);
         }
         most
     }
 
     /// A shadow ray has come to its end, or to a block that is not here.
-    pub(super) fn shadow_traced(&mut self, slot: ShadowSlot, traced: Traced, now: Time) {
+    pub(super) fn shadow_traced(
+        &mut self,
+        shadow: &Shadow,
+        onward: Onward,
+        traced: Traced,
+        now: Time,
+    ) {
         match traced {
             Traced::Done => {
-                let ShadowSlot { depth, shadow, .. } = slot;
-                self.add(shadow.root, shadow.pixel, self.world.passed(shadow.light(), depth));
+                let light = self.world.passed(shadow.light(), onward.depth);
+                self.add(shadow.root, shadow.pixel, light);
                 self.close(shadow.root, 1);
             }
             Traced::Missing(block) => {
                 self.parked = self.parked.saturating_add(1);
                 let place = self.shadows.len().saturating_sub(self.parked);
-                if let (Some(place), Some(awaited)) =
-                    (self.shadows.get_mut(place), self.awaited.get_mut(place))
-                {
-                    (*place, *awaited) = (slot, slot.trail.block());
-                }
+                put(self.shadows, place, *shadow);
+                put(self.onward, place, onward);
+                put(self.awaited, place, onward.trail.block());
                 self.want(block, now);
             }
             Traced::Corrupt(block) => {
                 self.lost = Some(block);
-                self.close(slot.shadow.root, 1);
+                self.close(shadow.root, 1);
             }
         }
     }
@@ -244,7 +255,9 @@ pub(super) fn put<T>(all: &mut [T], place: usize, one: T) {
 /// A place gets what is in another, where it is not needed any more.
 #[cfg_attr(not(feature = "bundles"), inline(never))]
 pub(super) fn take_over<T: Copy>(all: &mut [T], place: usize, other: usize) {
-    if let Some(&one) = all.get(other) {
+    if place != other
+        && let Some(&one) = all.get(other)
+    {
         put(all, place, one);
     }
 }

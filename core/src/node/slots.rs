@@ -1,7 +1,7 @@
 use crate::network::NodeId;
 use crate::path::PathKey;
 use crate::protocol::ReturnAddress;
-use crate::shade::{PackedHit, PathRay, Shadow, Sum, Task};
+use crate::shade::{PackedHit, PathRay, Sum, Task};
 use crate::trace::Trail;
 use bytemuck::{Pod, Zeroable};
 
@@ -108,20 +108,17 @@ impl RaySlot {
 /// Behind the children of a point in the order of names: two rays.
 const LIGHTS: u32 = 2;
 
-/// A shadow ray that is run here. The block that it waits for lies apart as well: all that wait are gone through for each block that comes.
+/// Where a shadow ray goes on, and what it has come through. It lies apart from the ray: most rays end where they begin.
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
-pub(super) struct ShadowSlot {
-    pub(super) shadow: Shadow,
+pub(super) struct Onward {
     pub(super) trail: Trail,
     pub(super) depth: [u32; 3],
 }
 
-impl ShadowSlot {
-    /// A ray at its beginning.
-    pub(super) fn new(shadow: Shadow) -> Self {
-        Self { shadow, trail: Trail::START, depth: [0; 3] }
-    }
+impl Onward {
+    /// Of a ray at its beginning.
+    pub(super) const START: Self = Self { trail: Trail::START, depth: [0; 3] };
 }
 
 /// What waits for rays to end: a tile that is rendered here, or the visit of a ray of another node.

@@ -1,6 +1,6 @@
-use super::slots::{RaySlot, Stage};
+use super::slots::{Onward, RaySlot, Stage};
 use super::{Ends, Node, Time, World};
-use crate::shade::PackedHit;
+use crate::shade::{PackedHit, Shadow};
 use crate::trace::{BUNDLE, Trail};
 
 /// Fewer rays than this go one by one.
@@ -70,7 +70,7 @@ impl<W: World> Node<'_, W> {
             return 0;
         }
         let fresh = self.shadows.get(..self.fresh).unwrap_or_default();
-        let rays = fresh.iter().rev().take(count).map(|slot| slot.shadow.ray());
+        let rays = fresh.iter().rev().take(count).map(Shadow::ray);
         let Self { world, blocks, work, .. } = self;
         let Ends { count, apart, hidden } = world.shadows_together(blocks, rays, work);
         let mut at = 0;
@@ -80,9 +80,8 @@ impl<W: World> Node<'_, W> {
             at += ended;
             if at < count {
                 let Some((traced, trail, depth)) = self.world.shadow_end(at) else { break };
-                let Some(mut slot) = self.take_shadow() else { break };
-                (slot.trail, slot.depth) = (trail, depth);
-                self.shadow_traced(slot, traced, now);
+                let Some((shadow, _)) = self.take_shadow() else { break };
+                self.shadow_traced(&shadow, Onward { trail, depth }, traced, now);
                 at += 1;
             }
         }

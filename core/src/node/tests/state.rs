@@ -77,6 +77,10 @@ impl<W: World> Node<'_, W> {
         s.all(&mut self.shadows[parked..]);
         s.all(&mut self.awaited[parked..]);
         s.len(&mut self.looked_at);
+        s.len(&mut self.going);
+        let going = fresh - self.going;
+        s.all(&mut self.onward[going..fresh]);
+        s.all(&mut self.onward[parked..]);
         s.bool(&mut self.draining);
         // They decide about time only.
         (self.turned, self.quiet, self.haste) = (false, 0, 0);
