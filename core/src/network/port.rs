@@ -65,11 +65,11 @@ impl PortState {
     /// Whether the far end should hear of its credit: it has asked, or half of a lane's buffers are free that it takes for full.
     /// It has credit left in the other case, so that none waits for ever.
     pub(super) fn owes_credit(&self) -> bool {
-        let untold = |(receiver, told): (&CreditReceiver, &Sequence)| {
+        let lanes = self.receivers.iter().zip(&self.told);
+        lanes.fold(self.control != 0, |owes, (receiver, told)| {
             let half = receiver.capacity().div_ceil(2);
-            u16::try_from(receiver.limit().ahead_of(*told)).unwrap_or(0) >= half
-        };
-        self.control != 0 || self.receivers.iter().zip(&self.told).any(untold)
+            owes | (receiver.limit().ahead_of(*told) >= half as i16)
+        })
     }
 
     /// The header of the next packet, which tells all credit.

@@ -223,16 +223,18 @@ impl<'m, A: Actor<'m>> Place<'m, A> {
     }
 
     /// Sends a packet if the link is free and there is one.
+    #[inline(always)]
     fn transmit(&mut self, journal: &mut Journal, port: Port) {
+        // Most calls end here.
+        let link = &self.links[usize::from(port.0)];
+        if !link.awaited && link.to.is_some() && self.router().may_send(port) {
+            self.send(journal, port);
+        }
+    }
+
+    fn send(&mut self, journal: &mut Journal, port: Port) {
         let Self { links, actor, packets, now, here, .. } = self;
-        let link = &links[usize::from(port.0)];
-        if link.awaited || link.to.is_none() {
-            return;
-        }
-        if !actor.router().may_send(port) {
-            return;
-        }
-        if link.busy_until <= *now {
+        if links[usize::from(port.0)].busy_until <= *now {
             let is_maker = |header: &PacketHeader| header.from() == *here;
             let packet = packets
                 .make(&mut journal.buffers, is_maker, |out| actor.router().transmit(port, out));
@@ -240,9 +242,9 @@ impl<'m, A: Actor<'m>> Place<'m, A> {
                 self.depart(journal, port, packet);
             }
         }
-        // It is called again when it is free, if there is something to send by then.
+        // It is called again when it is free, if there is something to send by then, be it without credit yet: to ask for that takes longer than an event.
         let busy_until = self.links[usize::from(port.0)].busy_until;
-        if busy_until > self.now && self.router().is_ready(port) {
+        if busy_until > self.now && self.router().may_send(port) {
             self.links[usize::from(port.0)].awaited = true;
             self.queue.push(busy_until, Event::Free { port: port.0 });
         }
