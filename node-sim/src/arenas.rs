@@ -14,11 +14,15 @@ pub(crate) struct Arenas {
     size: usize,
 }
 
+/// Bytes between arenas: sizes of memories are multiples of what a way of a cache holds, so that the same line of all nodes, as the head of a
+/// queue, would lie in a few sets of it.
+const GAP: usize = 33 * CHUNK_BYTES;
+
 impl Arenas {
     /// So many arenas, of so many chunks each.
     pub(crate) fn new(count: usize, chunks: usize) -> Result<Self, Error> {
         let size = chunks * CHUNK_BYTES;
-        let map = count.checked_mul(size).ok_or_else(|| std::io::ErrorKind::OutOfMemory.into());
+        let map = count.checked_mul(size + GAP).ok_or_else(|| std::io::ErrorKind::OutOfMemory.into());
         let map = map.and_then(|bytes| MmapMut::map_anon(bytes.max(CHUNK_BYTES)));
         let map = map.map_err(|cause| Error::Memory { nodes: count, bytes: size, cause })?;
         #[cfg(target_os = "linux")]
@@ -29,6 +33,7 @@ impl Arenas {
 
     /// All of them, zeroed.
     pub(crate) fn each(&mut self) -> impl Iterator<Item = &mut [Chunk]> {
-        self.map.chunks_exact_mut(self.size.max(CHUNK_BYTES)).map(bytemuck::cast_slice_mut)
+        let arenas = self.map.chunks_exact_mut(self.size + GAP);
+        arenas.map(|arena| bytemuck::cast_slice_mut(&mut arena[..self.size]))
     }
 }
