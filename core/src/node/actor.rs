@@ -299,7 +299,7 @@ impl<'a, W: World> Node<'a, W> {
         if self.fresh == 0 {
             self.draining = false;
         }
-        if self.draining || self.fresh > 0 && !self.has_shadow_room() {
+        if self.draining || self.going > 0 || self.fresh > 0 && !self.has_shadow_room() {
             return self.light(now);
         }
         self.order_ready();
