@@ -22,7 +22,8 @@ impl Arenas {
     /// So many arenas, of so many chunks each.
     pub(crate) fn new(count: usize, chunks: usize) -> Result<Self, Error> {
         let size = chunks * CHUNK_BYTES;
-        let map = count.checked_mul(size + GAP).ok_or_else(|| std::io::ErrorKind::OutOfMemory.into());
+        let map =
+            count.checked_mul(size + GAP).ok_or_else(|| std::io::ErrorKind::OutOfMemory.into());
         let map = map.and_then(|bytes| MmapMut::map_anon(bytes.max(CHUNK_BYTES)));
         let map = map.map_err(|cause| Error::Memory { nodes: count, bytes: size, cause })?;
         #[cfg(target_os = "linux")]
