@@ -84,7 +84,7 @@ impl<W: World> Node<'_, W> {
 
     /// Traces some of the shadow rays that wait, bundle by bundle.
     pub(super) fn light(&mut self, now: Time) -> u32 {
-        if !self.draining {
+        if !self.draining && self.going == 0 {
             self.draining = true;
             // Each time the other way round: the blocks towards the light that came last are still here.
             self.turned = !self.turned;
@@ -110,7 +110,7 @@ impl<W: World> Node<'_, W> {
                 if together > 0 { together } else { self.trace_shadows(count, now) }
             }
         };
-        self.draining = self.fresh > 0;
+        self.draining &= self.fresh > 0;
         traced
     }
 
