@@ -22,8 +22,8 @@ impl Arenas {
     /// So many arenas, of so many chunks each.
     pub(crate) fn new(count: usize, chunks: usize) -> Result<Self, Error> {
         let size = chunks * CHUNK_BYTES;
-        let map =
-            count.checked_mul(size + GAP).ok_or_else(|| std::io::ErrorKind::OutOfMemory.into());
+        let bytes = size.checked_add(GAP).and_then(|each| each.checked_mul(count));
+        let map = bytes.ok_or_else(|| std::io::ErrorKind::OutOfMemory.into());
         let map = map.and_then(|bytes| MmapMut::map_anon(bytes.max(CHUNK_BYTES)));
         let map = map.map_err(|cause| Error::Memory { nodes: count, bytes: size, cause })?;
         #[cfg(target_os = "linux")]
@@ -36,5 +36,17 @@ impl Arenas {
     pub(crate) fn each(&mut self) -> impl Iterator<Item = &mut [Chunk]> {
         let arenas = self.map.chunks_exact_mut(self.size + GAP);
         arenas.map(|arena| bytemuck::cast_slice_mut(&mut arena[..self.size]))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_no_machine_has_is_refused() {
+        for (count, chunks) in [(1, usize::MAX / CHUNK_BYTES), (usize::MAX, 1)] {
+            assert!(matches!(Arenas::new(count, chunks), Err(Error::Memory { .. })));
+        }
     }
 }
