@@ -197,8 +197,8 @@ impl<'a> Router<'a> {
     }
 
     /// Whether [`transmit`](Self::transmit) has something to send by a port now.
-    #[must_use]
-    pub fn is_ready(&self, port: Port) -> bool {
+    #[cfg(test)]
+    pub(crate) fn is_ready(&self, port: Port) -> bool {
         let state = self.memory.ports.get(usize::from(port.0)).filter(|state| state.is_joined());
         state.is_some_and(|state| self.next_for(port).is_some() || state.owes_credit())
     }

@@ -29,16 +29,16 @@ pub(crate) fn sort_large_by_key<T: Copy>(
     room: &mut [u32],
     key: impl Fn(&T) -> u32,
 ) {
+    let Some(tags) = room.get_mut(..items.len()) else { return };
     let first = items.first().map_or(0, &key);
     let mut differ = 0;
-    for (tag, item) in room.iter_mut().zip(&*items) {
+    for (tag, item) in tags.iter_mut().zip(&*items) {
         *tag = key(item);
         differ |= *tag ^ first;
     }
-    if differ == 0 || room.len() < items.len() {
+    if differ == 0 {
         return;
     }
-    let Some(tags) = room.get_mut(..items.len()) else { return };
     let of_key = u32::BITS.saturating_sub(differ.leading_zeros());
     let of_place = usize::BITS.saturating_sub(items.len().saturating_sub(1).leading_zeros());
     let left_out = of_key.saturating_add(of_place).saturating_sub(u32::BITS);
