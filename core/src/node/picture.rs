@@ -489,6 +489,7 @@ impl<T: Tracer, C: Scratch> World for Picture<'_, T, C> {
         point.passes_on()
     }
 
+    #[cfg_attr(feature = "bundles", inline(always))]
     fn passed(&self, light: glam::Vec3, depth: [u32; 3]) -> Sum {
         let depth = OpticalDepth::of_steps(depth);
         if depth.is_opaque() {

@@ -1,7 +1,7 @@
 use super::slots::{Onward, RaySlot};
 use super::together::bundle_len;
 use super::{Lit, Node, Prefetch, RayKind, Time, Traced, World};
-use crate::shade::{PathRay, Shadow, Sum};
+use crate::shade::{PathRay, Shadow};
 use crate::trace::BUNDLE;
 
 /// Shadow rays traced one by one in a step, at least.
@@ -164,28 +164,32 @@ impl<W: World> Node<'_, W> {
     }
 
     /// The last shadow rays have come to their end, none of which goes on: the last of all is hidden if the lowest bit is set, and so on.
-    ///
-    /// Those of a point follow one another: what they bring is summed up, and added to their pixel once.
-    pub(super) fn end_shadows(&mut self, mut count: usize, mut hidden: u64) {
-        while count > 0 {
-            let Self { world, shadows, fresh, .. } = &*self;
-            let slots = shadows.get(..*fresh).unwrap_or_default();
-            let Some(&Shadow { root, pixel, .. }) = slots.last() else { break };
-            let alike = |shadow: &&Shadow| (shadow.root, shadow.pixel) == (root, pixel);
-            let (mut sum, mut rays) = (Sum::ZERO, 0);
-            for shadow in slots.iter().rev().take(count).take_while(alike) {
-                if hidden & 1 == 0 {
-                    sum.add(world.passed(shadow.light(), Onward::START.depth));
-                }
-                hidden >>= 1;
-                rays += 1;
+    pub(super) fn end_shadows(&mut self, count: usize, mut hidden: u64) {
+        let waiting = self.shadows.get(..self.fresh).unwrap_or_default();
+        let Some(last) = waiting.last().filter(|_| count > 0) else { return };
+        // Most follow one of the same root, which hears of them together.
+        let (mut of, mut rays) = (last.root, 0);
+        let first = self.fresh.saturating_sub(count);
+        for at in (first..self.fresh).rev() {
+            let Self { world, shadows, .. } = &*self;
+            let Some(shadow) = shadows.get(at) else { break };
+            let root = shadow.root;
+            if hidden & 1 == 0 {
+                let sum = world.passed(shadow.light(), Onward::START.depth);
+                let pixel = shadow.pixel;
+                self.add(root, pixel, sum);
             }
-            self.fresh = self.fresh.saturating_sub(rays);
-            self.looked_at = self.looked_at.saturating_sub(rays);
-            count = count.saturating_sub(rays);
-            self.add(root, pixel, sum);
-            self.close(root, rays as u32);
+            hidden >>= 1;
+            if root != of {
+                self.close(of, core::mem::take(&mut rays));
+                of = root;
+            }
+            rays += 1;
         }
+        self.close(of, rays);
+        let ended = self.fresh.saturating_sub(first);
+        self.looked_at = self.looked_at.saturating_sub(ended);
+        self.fresh = first;
     }
 
     /// Takes the last shadow ray, and where it goes on.

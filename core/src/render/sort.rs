@@ -45,8 +45,8 @@ pub(crate) fn sort_large_by_key<T: Copy>(
     for (tag, place) in tags.iter_mut().zip(0..) {
         *tag = tag.unbounded_shr(left_out).unbounded_shl(of_place) | place;
     }
-    sort_by_key(tags, |tag| tag.unbounded_shr(of_place));
     let places = !u32::MAX.unbounded_shl(of_place);
+    sort_by_key(tags, |tag| tag & !places);
     for begin in 0..items.len() {
         let mut from = tags.get(begin).map_or(begin, |tag| (tag & places) as usize);
         let Some(&one) = items.get(begin).filter(|_| from != begin) else { continue };
