@@ -74,11 +74,12 @@ impl<W: World> Node<'_, W> {
     /// Puts a shadow ray behind the others, but before those that have been looked at, and so before those that go on.
     fn put_shadow(&mut self, shadow: Shadow) {
         let Self { shadows, onward, fresh, looked_at, going, .. } = self;
-        let [looked_at, going] = [looked_at, going].map(|last| fresh.saturating_sub(*last));
-        take_over(shadows, *fresh, going);
-        take_over(onward, *fresh, going);
-        take_over(shadows, going, looked_at);
-        put(shadows, looked_at, shadow);
+        // Where those begin that have been looked at, and those that go on: one of each makes place behind the others.
+        let [second, third] = [looked_at, going].map(|last| fresh.saturating_sub(*last));
+        take_over(shadows, *fresh, third);
+        take_over(onward, *fresh, third);
+        take_over(shadows, third, second);
+        put(shadows, second, shadow);
         *fresh = fresh.saturating_add(1);
     }
 

@@ -115,6 +115,9 @@ pub(crate) struct Places {
     square: u32,
     sample: u32,
     at: u32,
+    /// Where the square lies in the tile.
+    x: u32,
+    y: u32,
 }
 
 /// Pixels along a square.
@@ -127,34 +130,48 @@ impl Places {
 
     /// Goes on from a [`state`](Self::state).
     pub(crate) const fn resume(tile: Tile, samples: u32, [square, sample, at]: [u32; 3]) -> Self {
-        Self { tile, samples, square, sample, at }
+        let columns = tile.width.div_ceil(SQUARE);
+        let (row, column) = match (square.checked_div(columns), square.checked_rem(columns)) {
+            (Some(row), Some(column)) => (row, column),
+            _ => (u32::MAX, 0),
+        };
+        let (x, y) = (column.saturating_mul(SQUARE), row.saturating_mul(SQUARE));
+        Self { tile, samples, square, sample, at, x, y }
     }
 
     /// Where it is.
     pub(crate) const fn state(&self) -> [u32; 3] {
         [self.square, self.sample, self.at]
     }
+
+    /// Goes on behind the last pixel of a square.
+    fn step(&mut self) {
+        self.sample = self.sample.wrapping_add(1);
+        if self.sample < self.samples {
+            return;
+        }
+        self.sample = 0;
+        self.square = self.square.wrapping_add(1);
+        self.x = self.x.wrapping_add(SQUARE);
+        if self.x >= self.tile.width {
+            (self.x, self.y) = (0, self.y.wrapping_add(SQUARE));
+        }
+    }
 }
 
 impl Iterator for Places {
     type Item = Place;
 
+    #[cfg_attr(feature = "bundles", inline(always))]
     fn next(&mut self) -> Option<Place> {
-        let columns = self.tile.width.div_ceil(SQUARE).max(1);
-        let squares = columns.saturating_mul(self.tile.height.div_ceil(SQUARE));
-        while self.square < squares && self.samples > 0 {
+        while self.y < self.tile.height && self.samples > 0 {
             // Two rows of two in each quarter: a Morton curve.
             let (x, y) = (self.at & 1 | self.at >> 1 & 2, self.at >> 1 & 1 | self.at >> 2 & 2);
-            let x = (self.square % columns).wrapping_mul(SQUARE).wrapping_add(x);
-            let y = (self.square / columns).wrapping_mul(SQUARE).wrapping_add(y);
+            let (x, y) = (self.x.wrapping_add(x), self.y.wrapping_add(y));
             let sample = self.sample;
             self.at = self.at.wrapping_add(1) % (SQUARE * SQUARE);
             if self.at == 0 {
-                self.sample = self.sample.wrapping_add(1);
-                if self.sample == self.samples {
-                    self.sample = 0;
-                    self.square = self.square.wrapping_add(1);
-                }
+                self.step();
             }
             if x < self.tile.width && y < self.tile.height {
                 let pixel = y.wrapping_mul(self.tile.width).wrapping_add(x) as u16;
@@ -243,6 +260,12 @@ mod tests {
         for (width, height, samples) in [(8, 8, 4), (3, 5, 1), (1, 1, 7), (10, 4, 2)] {
             let tile = Tile { x: 100, y: 200, width, height };
             let places: Vec<_> = Places::new(tile, samples).collect();
+            let mut rest = Places::new(tile, samples);
+            for at in 0..=places.len() {
+                let resumed = Places::resume(tile, samples, rest.state());
+                assert!(resumed.eq(places[at..].iter().copied()));
+                rest.next();
+            }
             let all: std::collections::BTreeSet<_> =
                 places.iter().map(|p| (p.x, p.y, p.sample)).collect();
             assert_eq!(all.len() as u32, width * height * samples);
@@ -254,6 +277,7 @@ mod tests {
             }
         }
         let tile = Tile { x: 0, y: 0, width: 8, height: 8 };
+        assert_eq!(Places::resume(tile, 4, [u32::MAX; 3]).next(), None);
         for bundle in Places::new(tile, 4).collect::<Vec<_>>().chunks(64) {
             assert!(
                 bundle.iter().all(|p| p.x / 4 == bundle[0].x / 4 && p.y / 4 == bundle[0].y / 4)
