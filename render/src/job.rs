@@ -1,3 +1,4 @@
+use crate::undersampled::Rounds;
 use crate::{Error, Lanes, Options, Picture, camera, mapped, node};
 use kiloray_core::block::KiloView;
 use kiloray_core::render::{Job, Plan, PlanSettings, SceneSize, Tiling};
@@ -47,6 +48,8 @@ pub struct Report {
     pub threads: usize,
     /// Pixels whose sum was too great to count.
     pub overflows: u64,
+    /// Pixels that no camera ray goes through ([`Options::undersampling`]).
+    pub interpolated: u64,
 }
 
 /// Renders a picture of a file in memory.
@@ -100,14 +103,16 @@ fn with<T: Tracer + Send + Sync>(
         shader: if options.memory.is_none() { shader.with_rows(&rows) } else { shader },
         camera,
         width,
+        only: None,
         cancel: Some(control.cancel),
     };
     let plan = plan(file, options)?;
+    let rounds = &mut Rounds::new(options.undersampling, &picture)?;
     let report = if let Some(memory) = options.memory {
         let tiling = Tiling::new(width, height, plan.side as u32);
-        node::render(file, &job, &plan, memory, tiling, tracer, control, &mut picture)?
+        node::render(file, &job, &plan, memory, tiling, tracer, control, rounds, &mut picture)?
     } else {
-        mapped::render(file, &job, plan, options.threads, tracer, control, &mut picture)?
+        mapped::render(file, &job, plan, options.threads, tracer, control, rounds, &mut picture)?
     };
     Ok(Rendered { picture, report })
 }

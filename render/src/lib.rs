@@ -4,6 +4,8 @@
 //! [`Options::memory`], as a single node in an arena of that size, which fetches blocks from the file. The
 //! pixels are the same, to the bit.
 //!
+//! With [`Options::undersampling`] a picture takes fewer camera rays than it has pixels, in rounds over all its tiles.
+//!
 //! [`MeshNode`] is a node of a mesh on this machine, simulated or as a process.
 //!
 //! It is a crate of its own since pictures need no importer, and since it starts threads, which `kiloray-core` and `kiloray-simd` do not.
@@ -19,11 +21,12 @@ mod options;
 mod picture;
 mod scratch;
 mod top;
+mod undersampled;
 
 pub use error::{Error, PictureError};
 pub use job::{Control, Rendered, Report, plan, render};
 pub use mesh_node::MeshNode;
-pub use options::{Lanes, Options};
+pub use options::{Lanes, Options, Undersampling};
 pub use picture::{Picture, camera, filled};
 pub use scratch::ThreadScratch;
 pub use top::Top;

@@ -1,29 +1,48 @@
 use crate::top::Top;
+use crate::undersampled::Rounds;
 use crate::{Control, Error, Picture, Report};
 use kiloray_core::block::{Expanded, KiloView};
 use kiloray_core::render::{Job, Plan, RenderError, Renderer, Sight, Tiling};
 use kiloray_core::shade::Counts;
-use kiloray_core::store::{Arena, Budget, CHUNK_BYTES, CacheCounts, Chunk, FetchError};
+use kiloray_core::store::{Arena, CHUNK_BYTES, CacheCounts, Chunk, FetchError};
 use kiloray_core::trace::{TraceError, Tracer};
-use std::sync::Mutex;
 use std::sync::atomic::{AtomicU32, Ordering};
+use std::sync::{Mutex, PoisonError};
 
 /// Least side of a tile, however many threads want one.
 const SIDE_MIN: usize = 8;
 /// So many tiles for each thread, that the last ones do not wait long for each other.
 const TILES_PER_THREAD: u32 = 16;
 
-/// What threads share, and one of them changes at a time.
-struct Shared<'p> {
-    picture: &'p mut Picture,
+/// A thread's memory, and what it has found.
+struct Worker<'m, T> {
+    renderer: Renderer<'m>,
+    sight: Sight<T, Expanded<'m>>,
     counts: Counts,
-    budget: Budget,
+}
+
+/// The work of a round, which threads share.
+struct Round<'r> {
+    job: Job<'r>,
+    tiling: Tiling,
+    control: &'r Control<'r>,
+    /// The tile that is next.
+    next: AtomicU32,
+    /// Rounds and tiles, done and in all.
+    rounds: &'r Rounds,
+    shared: Mutex<Shared<'r>>,
+}
+
+/// What one thread changes at a time.
+struct Shared<'r> {
+    picture: &'r mut Picture,
     overflows: u64,
-    done: u64,
+    done: u32,
     error: Option<Error>,
 }
 
 /// Renders all tiles on all cores, with the blocks where they are.
+#[expect(clippy::too_many_arguments, reason = "called once, with all that a picture is")]
 pub(crate) fn render<T: Tracer + Send + Sync>(
     file: &KiloView<'_>,
     job: &Job<'_>,
@@ -31,6 +50,7 @@ pub(crate) fn render<T: Tracer + Send + Sync>(
     threads: usize,
     tracer: T,
     control: &Control<'_>,
+    rounds: &mut Rounds,
     picture: &mut Picture,
 ) -> Result<Report, Error> {
     // One thread is this one.
@@ -45,79 +65,89 @@ pub(crate) fn render<T: Tracer + Send + Sync>(
         plan.side /= 2;
     }
     let tiling = Tiling::new(width, height, plan.side as u32);
-    let budget = plan.budget(usize::MAX)?;
-    let next = AtomicU32::new(0);
+    let mut budget = plan.budget(usize::MAX)?;
     let top = Top::new(file);
     let source = top.over(*file);
-    let shared = Mutex::new(Shared {
-        picture,
-        counts: Counts::default(),
-        budget,
-        overflows: 0,
-        done: 0,
-        error: None,
-    });
-    let work = || {
-        let done = worker(source, job, &plan, tiling, tracer, control, &next, &shared);
-        if let Err(error) = done {
-            // The others stop at their next tile.
-            next.store(u32::MAX / 2, Ordering::Relaxed);
-            if let Ok(mut shared) = shared.lock() {
-                shared.error.get_or_insert(error);
-            }
-        }
-    };
-    match &pool {
-        Some(pool) => drop(pool.broadcast(|_| work())),
-        None => work(),
+    let memory = || vec![Chunk::ZERO; budget.bytes() / CHUNK_BYTES];
+    let mut memories: Vec<_> = (0..threads).map(|_| memory()).collect();
+    let mut workers = Vec::new();
+    for memory in &mut memories {
+        let renderer = Renderer::new(&mut Arena::new(memory), &plan)?;
+        let sight = Sight::new(tracer, source);
+        workers.push(Mutex::new(Worker { renderer, sight, counts: Counts::default() }));
     }
-    let shared = match shared.into_inner() {
-        Ok(shared) => shared,
-        Err(poisoned) => poisoned.into_inner(),
-    };
-    let Shared { counts, budget, overflows, error, .. } = shared;
-    let report = Report {
+    let mut overflows = 0;
+    loop {
+        let shared = Shared { picture, overflows, done: 0, error: None };
+        let round = Round {
+            job: Job { only: rounds.wanted(), ..*job },
+            tiling,
+            control,
+            next: AtomicU32::new(0),
+            rounds,
+            shared: Mutex::new(shared),
+        };
+        match &pool {
+            Some(pool) => drop(pool.broadcast(|thread| round.work(&workers[thread.index()]))),
+            None => round.work(&workers[0]),
+        }
+        let shared = into_inner(round.shared);
+        overflows = shared.overflows;
+        if let Some(error) = shared.error {
+            return Err(error);
+        }
+        if !rounds.next(picture) {
+            break;
+        }
+    }
+    let mut counts = Counts::default();
+    for worker in workers.into_iter().map(into_inner) {
+        counts.add(&worker.counts);
+        let mut peaks = plan.budget(usize::MAX)?;
+        worker.renderer.note_peaks(&mut peaks);
+        budget.merge_peaks(&peaks);
+    }
+    Ok(Report {
         counts,
         cache: CacheCounts::default(),
         budget,
         top_bytes: top.bytes(),
         threads,
         overflows,
-    };
-    error.map_or(Ok(report), Err)
+        interpolated: rounds.interpolated(),
+    })
 }
 
-/// Renders tiles as long as there are any.
-#[expect(clippy::too_many_arguments, reason = "called once, with all that a picture is")]
-fn worker<T: Tracer>(
-    source: Expanded<'_>,
-    job: &Job<'_>,
-    plan: &Plan,
-    tiling: Tiling,
-    tracer: T,
-    control: &Control<'_>,
-    next: &AtomicU32,
-    shared: &Mutex<Shared<'_>>,
-) -> Result<(), Error> {
-    let mut budget = plan.budget(usize::MAX)?;
-    let mut chunks = vec![Chunk::ZERO; budget.bytes() / CHUNK_BYTES];
-    let mut renderer = Renderer::new(&mut Arena::new(&mut chunks), plan)?;
-    let mut sight = Sight::new(tracer, source);
-    let mut counts = Counts::default();
-    let settings = job.shader.settings();
-    while let Some(tile) = tiling.tile(next.fetch_add(1, Ordering::Relaxed)) {
-        let sums = renderer.tile(job, tile, &mut sight, &mut counts).map_err(fetched)?;
-        let Ok(mut shared) = shared.lock() else { break };
-        shared.overflows += shared.picture.enter(tile, sums, job.shader.unit(), settings.samples);
-        shared.done += 1;
-        (control.progress)(shared.done, u64::from(tiling.len()));
+/// What is behind a lock; a panic of another thread is reported where that ends.
+fn into_inner<T>(lock: Mutex<T>) -> T {
+    lock.into_inner().unwrap_or_else(PoisonError::into_inner)
+}
+
+impl Round<'_> {
+    /// Renders tiles as long as there are any.
+    fn work<T: Tracer>(&self, worker: &Mutex<Worker<'_, T>>) {
+        let Ok(mut worker) = worker.lock() else { return };
+        if let Err(error) = self.tiles(&mut worker) {
+            // The others stop at their next tile.
+            self.next.store(u32::MAX / 2, Ordering::Relaxed);
+            if let Ok(mut shared) = self.shared.lock() {
+                shared.error.get_or_insert(error);
+            }
+        }
     }
-    renderer.note_peaks(&mut budget);
-    if let Ok(mut shared) = shared.lock() {
-        shared.counts.add(&counts);
-        shared.budget.merge_peaks(&budget);
+
+    fn tiles<T: Tracer>(&self, worker: &mut Worker<'_, T>) -> Result<(), Error> {
+        let Worker { renderer, sight, counts } = worker;
+        while let Some(tile) = self.tiling.tile(self.next.fetch_add(1, Ordering::Relaxed)) {
+            let sums = renderer.tile(&self.job, tile, sight, counts).map_err(fetched)?;
+            let Ok(mut shared) = self.shared.lock() else { break };
+            shared.overflows += shared.picture.enter(tile, sums, &self.job);
+            shared.done += 1;
+            let (done, all) = self.rounds.progress(shared.done, self.tiling.len());
+            (self.control.progress)(done, all);
+        }
+        Ok(())
     }
-    Ok(())
 }
 
 /// An error of blocks in place, as one of blocks that are fetched.

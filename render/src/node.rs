@@ -1,3 +1,4 @@
+use crate::undersampled::Rounds;
 use crate::{Control, Error, Picture, Report};
 use kiloray_core::block::KiloView;
 use kiloray_core::render::{Job, Plan, Renderer, Sight, Tiling};
@@ -15,6 +16,7 @@ pub(crate) fn render<T: Tracer>(
     tiling: Tiling,
     tracer: T,
     control: &Control<'_>,
+    rounds: &mut Rounds,
     picture: &mut Picture,
 ) -> Result<Report, Error> {
     let mut budget = plan.budget(memory)?;
@@ -25,16 +27,23 @@ pub(crate) fn render<T: Tracer>(
     let mut sight = Sight::new(tracer, FetchedBlocks::new(cache, Checked(*file), file.limits()));
     let mut counts = Counts::default();
     let mut overflows = 0;
-    let settings = job.shader.settings();
-    for index in 0..tiling.len() {
-        let Some(tile) = tiling.tile(index) else { break };
-        let sums = renderer.tile(job, tile, &mut sight, &mut counts)?;
-        overflows += picture.enter(tile, sums, job.shader.unit(), settings.samples);
-        (control.progress)(u64::from(index) + 1, u64::from(tiling.len()));
+    loop {
+        let job = &Job { only: rounds.wanted(), ..*job };
+        for index in 0..tiling.len() {
+            let Some(tile) = tiling.tile(index) else { break };
+            let sums = renderer.tile(job, tile, &mut sight, &mut counts)?;
+            overflows += picture.enter(tile, sums, job);
+            let (done, all) = rounds.progress(index + 1, tiling.len());
+            (control.progress)(done, all);
+        }
+        if !rounds.next(picture) {
+            break;
+        }
     }
     renderer.note_peaks(&mut budget);
     let cache = sight.source().counts();
     budget.note_peak(Line::Frames, cache.frames_peak as usize);
     budget.note_peak(Line::FrameTable, cache.frames_peak as usize);
-    Ok(Report { counts, cache, budget, top_bytes: 0, threads: 1, overflows })
+    let interpolated = rounds.interpolated();
+    Ok(Report { counts, cache, budget, top_bytes: 0, threads: 1, overflows, interpolated })
 }

@@ -20,6 +20,22 @@ pub struct Options {
     pub lanes: Lanes,
     /// Most rays in a batch; 0 for the default. Decides about speed only.
     pub batch: usize,
+    /// How pixels are left out; `None` where all are traced.
+    pub undersampling: Option<Undersampling>,
+}
+
+/// Fewer camera rays than pixels: at the corners of squares, and within only where corners differ. Between, the picture is interpolated.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Undersampling {
+    /// Along the squares \[pixels\]: the power of two that is not above it.
+    pub spacing: u32,
+    /// By how much of the brightest corner's brightest channel a channel may differ between the corners of a square that is interpolated.
+    pub contrast: f32,
+}
+
+impl Undersampling {
+    /// Greatest squares \[pixels\].
+    pub const SPACING_MAX: u32 = 32;
 }
 
 /// How boxes and triangles are tested. The hits are the same.
@@ -45,6 +61,7 @@ impl Options {
             threads: 0,
             lanes: Lanes::Auto,
             batch: 0,
+            undersampling: None,
         }
     }
 }

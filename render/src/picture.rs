@@ -1,7 +1,7 @@
 use crate::PictureError;
-use kiloray_core::render::Tile;
+use kiloray_core::render::{Job, Tile};
 use kiloray_core::scene::View;
-use kiloray_core::shade::{Sum, Unit};
+use kiloray_core::shade::Sum;
 use kiloray_core::view::Camera;
 
 /// Linear radiance, row by row from the top.
@@ -21,13 +21,16 @@ impl Picture {
         Ok(Self { width, height, pixels: filled(width, height, [0.0; 3])? })
     }
 
-    /// Enters the mean light of a tile's pixels. Returns how many sums were too great to count.
-    pub(crate) fn enter(&mut self, tile: Tile, sums: &[Sum], unit: Unit, samples: u32) -> u64 {
+    /// Enters the mean light of those of a tile's pixels that a job renders. Returns how many sums were too great to count.
+    pub(crate) fn enter(&mut self, tile: Tile, sums: &[Sum], job: &Job<'_>) -> u64 {
+        let (unit, samples) = (job.shader.unit(), job.shader.settings().samples);
         let mut full = 0;
         for (row, sums) in sums.chunks(tile.width as usize).enumerate() {
-            let at = (tile.y as usize + row) * self.width as usize + tile.x as usize;
-            for (pixel, sum) in self.pixels[at..].iter_mut().zip(sums) {
-                *pixel = unit.resolve(*sum, samples).to_array();
+            let begin = (tile.y as usize + row) * self.width as usize + tile.x as usize;
+            for (at, sum) in
+                (begin..).zip(sums).filter(|&(at, _)| job.only.is_none_or(|only| only[at]))
+            {
+                self.pixels[at] = unit.resolve(*sum, samples).to_array();
                 full += u64::from(sum.is_full());
             }
         }

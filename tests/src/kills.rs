@@ -13,7 +13,7 @@ use kiloray_core::node::Schedule;
 use kiloray_core::shade::Settings;
 use kiloray_host::{Config, Control, Folder, Supervisor, run_host, run_node, tie};
 use kiloray_mesh::MeshOptions;
-use kiloray_render::{Lanes, Picture};
+use kiloray_render::Picture;
 use kiloray_scene::kilo::KiloFile;
 use kiloray_scene::{builtin, compile};
 
@@ -195,16 +195,8 @@ fn is_ours(process: u32, marker: &str) -> bool {
 
 /// What one machine makes of it.
 fn reference(file: &KiloFile) -> Result<Picture, Failure> {
-    let options = kiloray_render::Options {
-        width: SIDE,
-        height: SIDE,
-        view: file.view().views()[0],
-        settings: SETTINGS,
-        memory: None,
-        threads: 0,
-        lanes: Lanes::Auto,
-        batch: 0,
-    };
+    let alone = kiloray_render::Options::new(SIDE, SIDE, file.view().views()[0]);
+    let options = kiloray_render::Options { settings: SETTINGS, ..alone };
     let cancel = AtomicBool::new(false);
     let control = kiloray_render::Control { cancel: &cancel, progress: &|_, _| {} };
     let rendered = kiloray_render::render(&file.view(), &options, &control);

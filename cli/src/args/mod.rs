@@ -21,7 +21,7 @@ use kiloray_core::node::Dealing;
 #[cfg(feature = "host")]
 pub(crate) use mesh::Top;
 pub(crate) use mesh::{Mesh, Profile, Switching};
-pub(crate) use options::{BLOCK_MIN, Bounds, Common, Exposure, ViewChoice};
+pub(crate) use options::{BLOCK_MIN, Bounds, Common, Exposure, Undersampling, ViewChoice};
 pub(crate) use parse::{command, parse};
 use serde::Serialize;
 pub(crate) use units::Part;
@@ -137,6 +137,8 @@ pub(crate) struct Render {
     /// The picture: .png (for the eye), .hdr or .exr (linear radiance); default: the scene's name and .png
     #[arg(short, long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub(crate) output: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) undersampling: Undersampling,
     #[command(flatten)]
     pub(crate) common: Common,
 }

@@ -78,6 +78,18 @@ pub(crate) struct Common {
     pub(crate) quiet: bool,
 }
 
+/// Fewer camera rays than pixels.
+#[derive(Debug, Clone, Args, Serialize)]
+pub(crate) struct Undersampling {
+    /// Trace the corners of squares of so many pixels first (1, 2, 4, 8, 16 or 32), the pixels within only where corners differ, and interpolate the rest:
+    /// quicker, with a small error; what is smaller than a square may be missed
+    #[arg(long, value_name = "PIXELS", default_value_t = 1, value_parser = spacing, allow_hyphen_values = true, help_heading = "Picture")]
+    pub(crate) pixel_spacing: u32,
+    /// By how much of the brightest the corners of a square may differ that is interpolated
+    #[arg(long, value_name = "PART", default_value_t = 0.1, value_parser = part, requires = "pixel_spacing", allow_hyphen_values = true, help_heading = "Picture")]
+    pub(crate) pixel_contrast: f64,
+}
+
 /// What light is computed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize)]
 #[serde(rename_all = "lowercase")]
@@ -196,6 +208,14 @@ pub(super) fn whole(text: &str, min: u32, max: u32) -> Result<u32, String> {
 
 pub(super) fn side(text: &str) -> Result<u32, String> {
     whole(text, 1, SIDE_MAX)
+}
+
+fn spacing(text: &str) -> Result<u32, String> {
+    let most = kiloray_render::Undersampling::SPACING_MAX;
+    text.parse()
+        .ok()
+        .filter(|n: &u32| n.is_power_of_two() && *n <= most)
+        .ok_or_else(|| format!("write a power of two from 1 to {most}"))
 }
 
 fn samples(text: &str) -> Result<u32, String> {

@@ -26,7 +26,12 @@ Examples:
   kiloray render colour-cube:40 --width 800 --samples 64 -o cube.png
   kiloray render scene.obj lights.rad view.vf -o scene.exr
   kiloray render big.kilo --memory 256KiB --json run.json
+  kiloray render cornell --pixel-spacing 4         a look at it, in less than half of the time
   kiloray render cornell --exposure 1.5            a PNG brighter by one and a half stops
+
+With --pixel-spacing, as with rpict's -ps and -pt, there are fewer camera paths than pixels. What is
+traced is as in the whole picture, and less --pixel-contrast traces more. Noise looks like contrast:
+with few shadow samples little can be left out.
 
 A PNG is for the eye: radiance is multiplied by 2^STOPS, the brightest parts are compressed by
 Reinhard's curve, and the result is encoded as sRGB. 'auto' brings the logarithmic mean of the

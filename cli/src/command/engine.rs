@@ -49,6 +49,7 @@ pub(super) fn options(common: &Common, view: View) -> Outcome<Options> {
         threads: common.threads.unwrap_or(0) as usize,
         lanes: Lanes::Auto,
         batch: 0,
+        undersampling: None,
     })
 }
 
@@ -60,7 +61,10 @@ pub(super) fn render(scene: &Scene, options: &Options, quiet: bool) -> Outcome<R
     let progress = |done: u64, total: u64| {
         let part = paths as f64 * (done as f64 / total.max(1) as f64);
         bar.set(part as u64);
-        bar.message(format!("{} of {} camera paths", count(part as u64), count(paths)));
+        // Of a picture with fewer camera rays than pixels nobody knows yet how many there will be.
+        if options.undersampling.is_none() {
+            bar.message(format!("{} of {} camera paths", count(part as u64), count(paths)));
+        }
     };
     let control = Control { cancel: &CANCEL, progress: &progress };
     let rendered = kiloray_render::render(&scene.file.view(), options, &control);

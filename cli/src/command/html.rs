@@ -148,6 +148,12 @@ fn the_run(run: &Run<'_>, stops: f32) -> Vec<(&'static str, String)> {
     let (report, options) = (&run.rendered.report, run.options);
     let size = (options.width, options.height);
     let mut rows = pairs(run.scene, run.sources, size, &options.settings, stops);
+    if let Some(undersampling) = options.undersampling {
+        let kiloray_render::Undersampling { spacing, contrast } = undersampling;
+        let text =
+            format!("squares of {spacing}, traced where corners differ by more than {contrast}");
+        rows.push(("pixels", text));
+    }
     rows.push(("threads", report.threads.to_string()));
     if run.common.memory.is_some() {
         let cache = &report.cache;

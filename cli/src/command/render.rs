@@ -25,7 +25,11 @@ pub(super) fn run(arguments: &args::Render) -> Outcome {
     let block = engine::default_block(common.memory);
     let mut scene =
         scene::load(&arguments.scene, common.block, block, quiet)?.with_view(common.view.as_ref());
+    let args::Undersampling { pixel_spacing: spacing, pixel_contrast } = arguments.undersampling;
+    let undersampling = (spacing > 1)
+        .then_some(kiloray_render::Undersampling { spacing, contrast: pixel_contrast as f32 });
     let options = engine::options(common, scene.choose_view(common.view.as_ref())?)?;
+    let options = kiloray_render::Options { undersampling, ..options };
     let path =
         arguments.output.clone().unwrap_or_else(|| PathBuf::from(format!("{}.png", scene.name)));
     // Whether all can be written shows before the work.
@@ -46,6 +50,7 @@ pub(super) fn run(arguments: &args::Render) -> Outcome {
         scene: &scene,
         sources: &arguments.scene.scenes,
         common,
+        undersampling: &arguments.undersampling,
         options: &options,
         rendered: &rendered,
         time_s,
@@ -66,8 +71,13 @@ pub(super) fn run(arguments: &args::Render) -> Outcome {
 
 fn print(run: &Run<'_>, path: &Path, saved: &Saved) -> Outcome {
     let report = &run.rendered.report;
+    let pixels = f64::from(run.options.width) * f64::from(run.options.height);
+    let interpolated = match report.interpolated {
+        0 => String::new(),
+        some => format!(", {:.1} % of the pixels interpolated", 100.0 * some as f64 / pixels),
+    };
     line(format_args!(
-        "{}: {} x {}, {} samples per pixel{}",
+        "{}: {} x {}, {} samples per pixel{interpolated}{}",
         path.display(),
         run.options.width,
         run.options.height,

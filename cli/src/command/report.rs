@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 
 use super::compile::NEEDS;
 use crate::{
-    args::Common,
+    args::{Common, Undersampling},
     picture::{self, Picture},
     scene::Scene,
 };
@@ -16,6 +16,7 @@ pub(super) struct Run<'a> {
     pub(super) scene: &'a Scene,
     pub(super) sources: &'a [PathBuf],
     pub(super) common: &'a Common,
+    pub(super) undersampling: &'a Undersampling,
     pub(super) options: &'a Options,
     pub(super) rendered: &'a Rendered,
     /// Wall clock, from the first byte read to the last pixel (s).
@@ -25,6 +26,9 @@ pub(super) struct Run<'a> {
     /// Stops of a PNG, the picture or that of the page.
     pub(super) exposure: Option<f32>,
 }
+
+/// Pixels that were not traced.
+const INTERPOLATED: &str = "pixels_interpolated";
 
 /// Light, rays and data that were not needed, by name.
 pub(super) fn skipped(scene: &Scene, c: &Counts) -> Vec<(&'static str, u64)> {
@@ -66,7 +70,10 @@ impl Run<'_> {
 
     /// Light, rays and data that were not needed, by name.
     pub(super) fn skipped(&self) -> Vec<(&'static str, u64)> {
-        skipped(self.scene, &self.rendered.report.counts)
+        let report = &self.rendered.report;
+        let mut all = skipped(self.scene, &report.counts);
+        all.push((INTERPOLATED, report.interpolated));
+        all
     }
 
     /// Rays of all kinds.
@@ -81,6 +88,11 @@ impl Run<'_> {
         let size = (picture.width, picture.height);
         let mut options = options_json(self.common, self.sources, self.scene, size, self.exposure);
         options["threads"] = json!(report.threads);
+        if let (Some(all), Value::Object(more)) =
+            (options.as_object_mut(), json!(self.undersampling))
+        {
+            all.extend(more);
+        }
         let lines: Vec<_> = report
             .budget
             .lines()
@@ -138,6 +150,7 @@ impl Run<'_> {
             "faults": none,
         }));
         json["blocks"]["expanded_bytes"] = json!(report.top_bytes);
+        json["skipped"][INTERPOLATED] = json!(report.interpolated);
         json
     }
 }

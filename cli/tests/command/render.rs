@@ -285,6 +285,36 @@ fn what_is_too_small_beside_the_rest_is_said() {
 }
 
 #[test]
+fn pixels_may_be_left_out() {
+    let folder = Folder::new();
+    let picture = "render cornell --width 64 --samples 2";
+    let whole = folder.counted(picture);
+    assert_eq!(whole["skipped"]["pixels_interpolated"], 0);
+    assert_eq!(whole["options"]["pixel_spacing"], 1);
+    let some = folder.counted(&format!("{picture} --pixel-spacing 4"));
+    let left_out = some["skipped"]["pixels_interpolated"].as_u64().unwrap();
+    assert_eq!(some["rays"]["primary"].as_u64().unwrap() + 2 * left_out, 2 * 64 * 64);
+    assert!(left_out > 500 && some["image_hash"] != whole["image_hash"], "{some}");
+    assert_eq!(some["options"]["pixel_contrast"], 0.1);
+    let small = folder.counted(&format!("{picture} --pixel-spacing 4 --memory 64KiB"));
+    assert_eq!(small["image_hash"], some["image_hash"]);
+    let more = folder.counted(&format!("{picture} --pixel-spacing 4 --pixel-contrast 0.01"));
+    assert!(more["skipped"]["pixels_interpolated"].as_u64().unwrap() < left_out);
+    let said = folder.run(&format!("{picture} --pixel-spacing 4 --report page")).done().out();
+    assert!(said.contains("% of the pixels interpolated"), "{said}");
+    let page = fs::read_to_string(folder.path().join("page/index.html")).unwrap();
+    assert!(page.contains("pixels interpolated") && page.contains("squares of 4"), "{page}");
+    for (option, parts) in [
+        ("--pixel-spacing 3", ["--pixel-spacing", "power of two"]),
+        ("--pixel-spacing 64", ["--pixel-spacing", "32"]),
+        ("--pixel-spacing 4 --pixel-contrast -1", ["--pixel-contrast", "not negative"]),
+        ("--pixel-contrast 0.2", ["required", "--pixel-spacing"]),
+    ] {
+        folder.run(&format!("{picture} {option}")).refused(2, &parts);
+    }
+}
+
+#[test]
 fn files_become_one_scene() {
     let folder = Folder::new();
     folder.file("paint.rad", "void plastic grey 0 0 5 .5 .5 .5 0 0\n");

@@ -37,6 +37,8 @@ fn help_teaches() {
         "--samples",
         "--shadow-samples",
         "--lights-per-point",
+        "--pixel-spacing",
+        "--pixel-contrast",
         "--bounces",
         "--lighting",
         "--seed",

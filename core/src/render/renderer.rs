@@ -1,6 +1,6 @@
 use super::sort::sort_by_key;
 use super::stack::Stack;
-use super::tile::{Places, Tile};
+use super::tile::{Place, Places, Tile};
 use super::{Plan, Sight};
 use crate::block::BlockSource;
 use crate::material::OpticalDepth;
@@ -25,8 +25,25 @@ pub struct Job<'a> {
     pub camera: Camera,
     /// Width of the picture \[pixels\].
     pub width: u32,
+    /// Which pixels of the picture are rendered, row by row from its top; the others stay as they are. `None` for all.
+    pub only: Option<&'a [bool]>,
     /// Set from outside, it ends the work within a batch.
     pub cancel: Option<&'a AtomicBool>,
+}
+
+impl Job<'_> {
+    /// Index of the pixel in the picture.
+    #[cfg_attr(feature = "bundles", inline)]
+    fn pixel(&self, place: &Place) -> u32 {
+        place.y.wrapping_mul(self.width).wrapping_add(place.x)
+    }
+
+    /// The next camera ray of a pixel that is rendered.
+    #[cfg_attr(feature = "bundles", inline(always))]
+    fn next_of(&self, places: &mut Places) -> Option<Place> {
+        let Some(only) = self.only else { return places.next() };
+        places.find(|place| only.get(self.pixel(place) as usize) == Some(&true))
+    }
 }
 
 /// Renders tile after tile in the memory it was given.
@@ -60,7 +77,7 @@ struct Work<'w, 'a, T, S> {
     counts: &'w mut Counts,
     places: Places,
     /// The camera ray that comes next.
-    next: Option<super::tile::Place>,
+    next: Option<Place>,
     /// Whether points have children.
     #[cfg(feature = "specular")]
     splits: bool,
@@ -102,7 +119,7 @@ impl<'a> Renderer<'a> {
         self.waiting.clear();
         self.shadows.clear();
         let mut places = Places::new(tile, job.shader.settings().samples);
-        let next = places.next();
+        let next = job.next_of(&mut places);
         let mut work = Work {
             job,
             sight,
@@ -180,17 +197,17 @@ impl<'a> Renderer<'a> {
     }
 
     fn take_camera_rays<T, S>(&mut self, work: &mut Work<'_, '_, T, S>, count: usize) {
-        let Job { camera, shader, width, .. } = work.job;
+        let Job { camera, shader, .. } = work.job;
         for _ in 0..count {
             let Some(place) = work.next else { break };
-            let pixel = place.y.wrapping_mul(*width).wrapping_add(place.x);
+            let pixel = work.job.pixel(&place);
             let key = PathKey::camera(shader.settings().seed, pixel, place.sample);
             let ray = camera.ray(place.x, place.y, key);
             if !self.batch.push(PathRay::new(&ray, &Path::camera(key), place.pixel)) {
                 break;
             }
             work.counts.primary = work.counts.primary.saturating_add(1);
-            work.next = work.places.next();
+            work.next = work.job.next_of(&mut work.places);
         }
     }
 

@@ -9,7 +9,7 @@ use kiloray_core::node::{Node, Picture, Time};
 use kiloray_core::shade::Settings;
 use kiloray_core::store::{Arena, CHUNK_BYTES, Chunk};
 use kiloray_mesh::MeshOptions;
-use kiloray_render::{Lanes, MeshNode, ThreadScratch};
+use kiloray_render::{MeshNode, ThreadScratch};
 use kiloray_scene::builtin;
 use kiloray_scene::compile::{self, compile};
 use kiloray_scene::kilo::KiloFile;
@@ -45,16 +45,9 @@ pub(super) fn config(file: &KiloFile, nodes: usize, topology: &str, memory: usiz
 
 /// What `render` makes of it.
 pub(super) fn reference(file: &KiloFile, job: &Job) -> Vec<[f32; 3]> {
-    let options = kiloray_render::Options {
-        width: job.options.width,
-        height: job.options.height,
-        view: file.view().views()[0],
-        settings: job.options.settings,
-        memory: None,
-        threads: 1,
-        lanes: Lanes::Auto,
-        batch: 0,
-    };
+    let (width, height) = (job.options.width, job.options.height);
+    let alone = kiloray_render::Options::new(width, height, file.view().views()[0]);
+    let options = kiloray_render::Options { settings: job.options.settings, threads: 1, ..alone };
     let cancel = AtomicBool::new(false);
     let control = kiloray_render::Control { cancel: &cancel, progress: &|_, _| {} };
     let rendered = kiloray_render::render(&file.view(), &options, &control);

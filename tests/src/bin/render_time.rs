@@ -1,5 +1,5 @@
-//! `render_time FILE.kilo WIDTH HEIGHT [--samples N] [--shadow-samples N] [--lights-per-point N] [--out FILE]`: the CPU seconds
-//! of a picture on one thread, after a first picture in the same process.
+//! `render_time FILE.kilo WIDTH HEIGHT [--samples N] [--shadow-samples N] [--lights-per-point N] [--pixel-spacing N] [--pixel-contrast PART] [--out FILE]`:
+//! the CPU seconds of a picture on one thread, after a first picture in the same process.
 //!
 //! So it is what each picture takes, and not what a process pays once, as for memory that it touches for the first time. FILE gets the pixels, row by row
 //! from the top, each as three f32.
@@ -12,13 +12,14 @@ use std::{env, fs};
 
 use cpu_time::ProcessTime;
 use kiloray_core::shade::Settings;
-use kiloray_render::{Control, Options, framing, render};
+use kiloray_render::{Control, Options, Undersampling, framing, render};
 use kiloray_scene::kilo::KiloFile;
 
 struct Arguments {
     scene: PathBuf,
     size: [u32; 2],
     settings: Settings,
+    undersampling: Undersampling,
     out: Option<PathBuf>,
 }
 
@@ -32,7 +33,7 @@ fn main() -> ExitCode {
         Err(error) => {
             eprintln!(
                 "render_time: {error}\nusage: render_time FILE.kilo WIDTH HEIGHT [--samples N] [--shadow-samples N] \
-                 [--lights-per-point N] [--out FILE]"
+                 [--lights-per-point N] [--pixel-spacing N] [--pixel-contrast PART] [--out FILE]"
             );
             ExitCode::FAILURE
         }
@@ -43,6 +44,7 @@ fn arguments() -> Result<Arguments, String> {
     let mut words = env::args().skip(1);
     let mut named = Vec::new();
     let (mut settings, mut out) = (Settings::default(), None);
+    let mut undersampling = Undersampling { spacing: 1, contrast: 0.0 };
     while let Some(word) = words.next() {
         if !word.starts_with("--") {
             named.push(word);
@@ -53,13 +55,15 @@ fn arguments() -> Result<Arguments, String> {
             "--samples" => settings.samples = number(&value)?,
             "--shadow-samples" => settings.shadow_samples = number(&value)?,
             "--lights-per-point" => settings.lights = number(&value)?,
+            "--pixel-spacing" => undersampling.spacing = number(&value)?,
+            "--pixel-contrast" => undersampling.contrast = number(&value)?,
             "--out" => out = Some(value.into()),
             _ => return Err(format!("{word} is unknown")),
         }
     }
     let [scene, width, height] = named.as_slice() else { return Err("what to render?".into()) };
     let size = [number(width)?, number(height)?];
-    Ok(Arguments { scene: scene.into(), size, settings, out })
+    Ok(Arguments { scene: scene.into(), size, settings, undersampling, out })
 }
 
 fn number<T: std::str::FromStr>(word: &str) -> Result<T, String> {
@@ -72,8 +76,10 @@ fn run(arguments: &Arguments) -> Result<f64, Box<dyn Error>> {
     let view = *file.views().first().ok_or("the scene has no view")?;
     let [width, height] = arguments.size;
     let view = framing::fitted(view, width, height);
+    let undersampling = Some(arguments.undersampling).filter(|u| u.spacing > 1);
+    let settings = arguments.settings;
     let options =
-        Options { settings: arguments.settings, threads: 1, ..Options::new(width, height, view) };
+        Options { settings, threads: 1, undersampling, ..Options::new(width, height, view) };
     let cancel = AtomicBool::new(false);
     let control = Control { cancel: &cancel, progress: &|_, _| {} };
     let first = render(&file, &options, &control)?;

@@ -36,6 +36,7 @@ fn draw(file: KiloView<'_>, memory: &mut [Chunk], plan: &Plan) {
         shader: Shader::new(Tables::of(&file), settings),
         camera,
         width: any(),
+        only: black_box(None),
         cancel: None,
     };
     let mut arena = Arena::new(memory);

@@ -1,0 +1,180 @@
+use crate::{Picture, PictureError, Undersampling, filled};
+
+/// The rounds over all tiles that a picture takes: one, or several with some pixels in each.
+#[derive(Debug)]
+pub(crate) struct Rounds {
+    some: Option<Undersampled>,
+    /// Rounds that are done, and those that there can be.
+    done: u32,
+    most: u32,
+}
+
+impl Rounds {
+    pub(crate) fn new(
+        undersampling: Option<Undersampling>,
+        picture: &Picture,
+    ) -> Result<Self, PictureError> {
+        let some = undersampling.map(|u| Undersampled::new(u, picture)).transpose()?;
+        let most = some.as_ref().map_or(1, |some| some.side.ilog2() + 1);
+        Ok(Self { some, done: 0, most })
+    }
+
+    /// The pixels of this round, row by row from the top; `None` for all.
+    pub(crate) fn wanted(&self) -> Option<&[bool]> {
+        self.some.as_ref().map(|some| some.wanted.as_slice())
+    }
+
+    /// Goes on to the next round, when all tiles of this one are in the picture: `false` at the end.
+    pub(crate) fn next(&mut self, picture: &mut Picture) -> bool {
+        self.done += 1;
+        self.some.as_mut().is_some_and(|some| some.next(picture))
+    }
+
+    /// Tiles that are done and tiles of all rounds, by those of this one.
+    pub(crate) fn progress(&self, done: u32, tiles: u32) -> (u64, u64) {
+        let tiles = u64::from(tiles);
+        (u64::from(self.done) * tiles + u64::from(done), u64::from(self.most) * tiles)
+    }
+
+    /// How many pixels are not traced.
+    pub(crate) fn interpolated(&self) -> u64 {
+        let traced = self.some.iter().flat_map(|some| &some.traced);
+        traced.filter(|&&traced| !traced).count() as u64
+    }
+}
+
+/// A picture of which only some pixels are traced: corners of squares first, then what lies between corners that differ, down to every pixel.
+/// Between those that are alike it is interpolated (Radiance's `rpict -ps -pt`; Mitchell 1987).
+///
+/// Squares lie on a grid of the whole picture, and a traced pixel is the one of a picture in which all are traced. So neither tiles nor threads decide
+/// about any bit.
+#[derive(Debug)]
+struct Undersampled {
+    contrast: f32,
+    /// Along the squares of this round \[pixels\].
+    side: u32,
+    /// Least columns and rows of the squares of this round.
+    squares: Vec<[u32; 2]>,
+    /// What is traced in this round, and what was in any, row by row from the top.
+    wanted: Vec<bool>,
+    traced: Vec<bool>,
+}
+
+impl Undersampled {
+    /// The first round: the corners of all squares.
+    fn new(undersampling: Undersampling, picture: &Picture) -> Result<Self, PictureError> {
+        let (width, height) = (picture.width, picture.height);
+        let Undersampling { spacing, contrast } = undersampling;
+        let side = spacing.clamp(1, Undersampling::SPACING_MAX);
+        let side = 1 << side.ilog2();
+        let starts = |len: u32| (0..len.saturating_sub(1).max(1)).step_by(side as usize);
+        let rows = starts(height).flat_map(|y| starts(width).map(move |x| [x, y]));
+        let mut first = Self {
+            contrast,
+            side,
+            squares: rows.collect(),
+            wanted: filled(width, height, false)?,
+            traced: filled(width, height, false)?,
+        };
+        first.want(picture);
+        Ok(first)
+    }
+
+    /// Interpolates between corners that are alike, now that they are traced, and goes on to the next round: `false` if there is none.
+    fn next(&mut self, picture: &mut Picture) -> bool {
+        let half = self.side / 2;
+        let mut open = Vec::new();
+        for [x, y] in std::mem::take(&mut self.squares) {
+            let square = Square::new([x, y], self.side, picture);
+            if self.side == 1 || square.is_alike(picture, self.contrast) {
+                self.interpolate(&square, picture);
+            } else {
+                let columns = [x, x + half].into_iter().filter(|&at| at == x || at < square.right);
+                for y in [y, y + half].into_iter().filter(|&at| at == y || at < square.below) {
+                    open.extend(columns.clone().map(|x| [x, y]));
+                }
+            }
+        }
+        (self.squares, self.side) = (open, half);
+        !self.squares.is_empty() && self.want(picture)
+    }
+
+    /// Wants the corners of all squares that are not traced yet. Returns whether there are any.
+    fn want(&mut self, picture: &Picture) -> bool {
+        self.wanted.fill(false);
+        let mut any = false;
+        for &at in &self.squares {
+            for corner in Square::new(at, self.side, picture).corners(picture.width) {
+                if !self.traced[corner] {
+                    (self.traced[corner], self.wanted[corner], any) = (true, true, true);
+                }
+            }
+        }
+        any
+    }
+
+    /// Enters what lies between the corners of a square and is not traced.
+    fn interpolate(&self, square: &Square, picture: &mut Picture) {
+        let [a, b, c, d] = square.corners(picture.width).map(|at| picture.pixels[at]);
+        for y in square.y..=square.below {
+            let down = part(y - square.y, square.below - square.y);
+            let (left, right) = (between(a, c, down), between(b, d, down));
+            for x in square.x..=square.right {
+                let at = index(x, y, picture.width);
+                if !self.traced[at] {
+                    picture.pixels[at] =
+                        between(left, right, part(x - square.x, square.right - square.x));
+                }
+            }
+        }
+    }
+}
+
+/// A square, cut off at the picture's last column and row, and without width or height where these are the first.
+struct Square {
+    x: u32,
+    y: u32,
+    right: u32,
+    below: u32,
+}
+
+impl Square {
+    fn new([x, y]: [u32; 2], side: u32, picture: &Picture) -> Self {
+        let (right, below) =
+            ((x + side).min(picture.width - 1), (y + side).min(picture.height - 1));
+        Self { x, y, right, below }
+    }
+
+    /// Indices of its corners, the upper ones first.
+    fn corners(&self, width: u32) -> [usize; 4] {
+        let &Self { x, y, right, below } = self;
+        [(x, y), (right, y), (x, below), (right, below)].map(|(x, y)| index(x, y, width))
+    }
+
+    /// Whether no channel differs from corner to corner by more than this part of the brightest.
+    fn is_alike(&self, picture: &Picture, contrast: f32) -> bool {
+        let corners = self.corners(picture.width).map(|at| picture.pixels[at]);
+        let range = |channel: usize| {
+            let values = corners.map(|corner| corner[channel]);
+            (
+                values.into_iter().fold(f32::INFINITY, f32::min),
+                values.into_iter().fold(0.0, f32::max),
+            )
+        };
+        let ranges = [0, 1, 2].map(range);
+        let brightest = ranges.iter().fold(0.0, |most: f32, range| most.max(range.1));
+        ranges.iter().all(|(low, high)| high - low <= contrast * brightest)
+    }
+}
+
+fn index(x: u32, y: u32, width: u32) -> usize {
+    y as usize * width as usize + x as usize
+}
+
+fn part(of: u32, whole: u32) -> f32 {
+    of as f32 / whole.max(1) as f32
+}
+
+fn between(from: [f32; 3], to: [f32; 3], part: f32) -> [f32; 3] {
+    std::array::from_fn(|i| from[i] * (1.0 - part) + to[i] * part)
+}
