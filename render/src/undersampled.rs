@@ -51,6 +51,8 @@ impl Rounds {
 #[derive(Debug)]
 struct Undersampled {
     contrast: f32,
+    /// The median brightness of the first corners, from when they are traced.
+    usual: Option<f32>,
     /// Along the squares of this round \[pixels\].
     side: u32,
     /// Least columns and rows of the squares of this round.
@@ -71,6 +73,7 @@ impl Undersampled {
         let rows = starts(height).flat_map(|y| starts(width).map(move |x| [x, y]));
         let mut first = Self {
             contrast,
+            usual: None,
             side,
             squares: rows.collect(),
             wanted: filled(width, height, false)?,
@@ -82,21 +85,32 @@ impl Undersampled {
 
     /// Interpolates between corners that are alike, now that they are traced, and goes on to the next round: `false` if there is none.
     fn next(&mut self, picture: &mut Picture) -> bool {
-        let half = self.side / 2;
-        let mut open = Vec::new();
-        for [x, y] in std::mem::take(&mut self.squares) {
-            let square = Square::new([x, y], self.side, picture);
-            if self.side == 1 || square.is_alike(picture, self.contrast) {
-                self.interpolate(&square, picture);
-            } else {
+        let usual = *self.usual.get_or_insert_with(|| {
+            let corners = picture.pixels.iter().zip(&self.traced).filter(|&(_, &traced)| traced);
+            median(corners.map(|(pixel, _)| brightness(*pixel)).collect())
+        });
+        // Squares of one pixel have nothing between their corners.
+        while self.side > 1 {
+            let half = self.side / 2;
+            let mut open = Vec::new();
+            for [x, y] in std::mem::take(&mut self.squares) {
+                let square = Square::new([x, y], self.side, picture);
+                if square.is_alike(picture, self.contrast, usual) {
+                    self.interpolate(&square, picture);
+                    continue;
+                }
                 let columns = [x, x + half].into_iter().filter(|&at| at == x || at < square.right);
                 for y in [y, y + half].into_iter().filter(|&at| at == y || at < square.below) {
                     open.extend(columns.clone().map(|x| [x, y]));
                 }
             }
+            (self.squares, self.side) = (open, half);
+            // Those that are cut off may have no new corner.
+            if self.want(picture) {
+                return true;
+            }
         }
-        (self.squares, self.side) = (open, half);
-        !self.squares.is_empty() && self.want(picture)
+        false
     }
 
     /// Wants the corners of all squares that are not traced yet. Returns whether there are any.
@@ -151,20 +165,29 @@ impl Square {
         [(x, y), (right, y), (x, below), (right, below)].map(|(x, y)| index(x, y, width))
     }
 
-    /// Whether no channel differs from corner to corner by more than this part of the brightest.
-    fn is_alike(&self, picture: &Picture, contrast: f32) -> bool {
+    /// Whether no channel differs from corner to corner by more than this part of the darkest corner's brightness, or of the `usual` one where that is more.
+    fn is_alike(&self, picture: &Picture, contrast: f32, usual: f32) -> bool {
         let corners = self.corners(picture.width).map(|at| picture.pixels[at]);
-        let range = |channel: usize| {
+        let darkest = corners.map(brightness).into_iter().fold(f32::INFINITY, f32::min);
+        let most = contrast * darkest.max(usual);
+        (0..3).all(|channel| {
             let values = corners.map(|corner| corner[channel]);
-            (
-                values.into_iter().fold(f32::INFINITY, f32::min),
-                values.into_iter().fold(0.0, f32::max),
-            )
-        };
-        let ranges = [0, 1, 2].map(range);
-        let brightest = ranges.iter().fold(0.0, |most: f32, range| most.max(range.1));
-        ranges.iter().all(|(low, high)| high - low <= contrast * brightest)
+            let low = values.into_iter().fold(f32::INFINITY, f32::min);
+            let high = values.into_iter().fold(f32::NEG_INFINITY, f32::max);
+            high - low <= most
+        })
     }
+}
+
+/// The brightest channel.
+fn brightness([r, g, b]: [f32; 3]) -> f32 {
+    r.max(g).max(b)
+}
+
+fn median(mut of: Vec<f32>) -> f32 {
+    let middle = of.len() / 2;
+    of.select_nth_unstable_by(middle, f32::total_cmp);
+    of[middle]
 }
 
 fn index(x: u32, y: u32, width: u32) -> usize {

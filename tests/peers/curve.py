@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Time against error: Kiloray, Mitsuba and Radiance on the same scenes and the same light.
 
-usage: curve.py [--scenes cornell,glass,conference] [--out target/peers] [--quick] [--only ..] [--again]
+usage: curve.py [--scenes cornell,glass,conference] [--out target/peers] [--scale N] [--quick] [--only ..] [--again]
 
 Run it by `tests/peers/curve`, which installs and builds what it needs. Writes `curve.csv`, `curve.svg` and
 `curve.md` into the output folder.
@@ -38,6 +38,10 @@ KILORAY = [(1, 1), (2, 1), (4, 1), (16, 1), (64, 1), (256, 1), (1, 0), (2, 0), (
            (16, 16), (1, 32), (2, 32), (1, 64), (2, 64), (4, 64), (1, 128), (2, 128), (1, 256), (16, 32), (16, 64)]
 # The same and lights per point, where there are many.
 MANY = [(1, 1, 1), (1, 1, 2), (1, 1, 4), (1, 1, 8), (2, 1, 4)]
+# Paths, shadow rays, pixels along a square of which only corners are traced, contrast: fewer paths than pixels.
+FEWER = [(1, 1, 2, 1), (1, 1, 4, 1), (1, 1, 4, 2), (1, 1, 4, 4), (1, 1, 8, 2), (1, 1, 8, 4), (1, 1, 16, 4), (1, 1, 16, 8),
+         (1, 2, 2, 1), (1, 2, 4, 0.5), (1, 2, 4, 1), (1, 2, 8, 0.5), (1, 2, 8, 1), (1, 4, 2, 0.5), (1, 4, 4, 0.3), (1, 4, 4, 0.5), (1, 8, 2, 0.3),
+         (1, 8, 4, 0.2), (1, 16, 2, 0.3), (1, 16, 4, 0.1), (1, 0, 2, 0.1), (1, 0, 4, 0.1)]
 MITSUBA = [1, 4, 16, 64, 256, 1024, 4096]
 RADIANCE = [(1, 0.2), (1, 0.05), (4, 0.2), (4, 0.1), (16, 0.2), (16, 0.1), (64, 0.2)]
 
@@ -47,12 +51,13 @@ def main():
     parser.add_argument('--scenes', default='cornell,glass,conference')
     parser.add_argument('--out', default='target/peers')
     parser.add_argument('--only', default='kiloray,mitsuba,radiance', help="'none' makes the references")
+    parser.add_argument('--scale', type=int, default=1, help='pictures so many times as wide and high')
     parser.add_argument('--quick', action='store_true', help='few points, a coarse reference')
     parser.add_argument('--again', action='store_true', help='only table and plot, from the last curve.csv')
     a = parser.parse_args()
     if a.again:
         with open(os.path.join(a.out, 'curve.csv'), newline='') as f:
-            numbers = {'render_s', 'total_s', 'rel_rmse', 'mean_ratio'}
+            numbers = {'render_s', 'total_s', 'rel_rmse', 'mean_ratio', 'rel_rmse_everywhere'}
             rows = [{k: float(v) if k in numbers else v for k, v in row.items()} for row in csv.DictReader(f)]
         write(rows, a.out)
         return
@@ -69,7 +74,7 @@ class Scene:
         self.name, self.quick = name, options.quick
         self.only = options.only.split(',')
         self.dir = os.path.join(os.path.abspath(options.out), name)
-        self.width, self.height = SIZES.get(name, (128, 128))
+        self.width, self.height = (side * options.scale for side in SIZES.get(name, (128, 128)))
         self.facts = kiloray.export(name, self.dir)
         print(name, self.facts, flush=True)
 
@@ -93,8 +98,9 @@ class Scene:
 
     def add(self, renderer, setting, render_s, total_s, image):
         rel, mean = images.error(self.image, image, self.mask)
+        everywhere = images.error(self.image, image, np.ones_like(self.mask))[0]
         row = dict(scene=self.name, renderer=renderer, setting=setting, render_s=round(max(render_s, 1e-3), 4),
-                   total_s=round(total_s, 4), rel_rmse=round(rel, 6), mean_ratio=round(mean, 5))
+                   total_s=round(total_s, 4), rel_rmse=round(rel, 6), mean_ratio=round(mean, 5), rel_rmse_everywhere=round(everywhere, 6))
         self.rows.append(row)
         print('%-10s %-22s %-28s render %8.3f s  total %8.3f s  error %.5f  mean %.4f'
               % (self.name, renderer, setting, row['render_s'], total_s, rel, mean), flush=True)
@@ -103,7 +109,7 @@ class Scene:
 
     def reference(self):
         spp = 1 << 12 if self.quick else REFERENCE_SPP.get(self.name, 1 << 16)
-        path = self.path('reference-%d.npy' % spp)
+        path = self.path('reference-%d-%d.npy' % (self.width, spp))
         if not os.path.exists(path):
             self.worker('llvm_ad_rgb', 'reference', spp, path)
         self.image = images.load(path)
@@ -113,7 +119,7 @@ class Scene:
         """Leaves out the pixels where Radiance means another light (it lets some through dielectrics)."""
         if not self.facts['specular']:
             return
-        path = self.path('radiance-best.npy')
+        path = self.path('radiance-best-%d.npy' % self.width)
         if not os.path.exists(path):
             np.save(path, self.rtrace(64, 0.1, radiance.EXACT, self.width, self.height)[0])
         best = images.load(path)
@@ -129,17 +135,25 @@ class Scene:
         compiled, out, pixels = self.path('scene.kilo'), self.path('kiloray.exr'), self.path('kiloray.raw')
         kiloray.compile([self.path('scene.rad'), self.path('scene.vf')], compiled)
         many = MANY if self.facts['lights'] > 8 else []
-        for samples, shadow, lights in [(*setting, None) for setting in KILORAY] + many:
+        settings = [(*setting, None) for setting in KILORAY] + many
+        settings = [(*setting, 1, None) for setting in settings]
+        for samples, shadow, spacing, contrast in FEWER:
+            for lights in (None, 1, 4) if many else (None,):
+                settings.append((samples, shadow, lights, spacing, contrast))
+        for samples, shadow, lights, spacing, contrast in settings:
             if self.quick and samples * shadow > 64 or samples * shadow > 256 and self.name != 'cornell':
                 continue
-            settings = dict(samples=samples, shadow_samples=shadow or None, lights_per_point=lights)
+            chosen = dict(samples=samples, shadow_samples=shadow or None, lights_per_point=lights)
+            if spacing > 1:
+                chosen.update(pixel_spacing=spacing, pixel_contrast=contrast)
             total_s = cpu(kiloray.rendering(self.path('scene.rad'), out, view=self.path('scene.vf'), width=self.width,
-                                            height=self.height, threads=1, **settings))[0]
-            render_s = shortest(lambda: (kiloray.seconds(compiled, self.width, self.height, pixels, **settings),))[0]
+                                            height=self.height, threads=1, **chosen))[0]
+            render_s = shortest(lambda: (kiloray.seconds(compiled, self.width, self.height, pixels, **chosen),))[0]
             image = images.load(out)
             if (np.fromfile(pixels, np.float32).reshape(image.shape) != image).any():
                 raise SystemExit('render_time and the command have other pixels')
             setting = '%d paths, %s shadow' % (samples, shadow or 'adaptive') + (', %d lights' % lights if lights else '')
+            setting += ', squares of %d, contrast %g' % (spacing, contrast) if spacing > 1 else ''
             self.add('kiloray', setting, render_s, total_s, image)
 
     def mitsuba(self, variant):

@@ -85,7 +85,7 @@ pub(crate) struct Undersampling {
     /// quicker, with a small error; what is smaller than a square may be missed
     #[arg(long, value_name = "PIXELS", default_value_t = 1, value_parser = spacing, allow_hyphen_values = true, help_heading = "Picture")]
     pub(crate) pixel_spacing: u32,
-    /// By how much of the brightest the corners of a square may differ that is interpolated
+    /// By how much the corners of a square may differ that is interpolated: a part of the darkest's brightness, or of the picture's usual one where that is more
     #[arg(long, value_name = "PART", default_value_t = 0.1, value_parser = part, requires = "pixel_spacing", allow_hyphen_values = true, help_heading = "Picture")]
     pub(crate) pixel_contrast: f64,
 }
