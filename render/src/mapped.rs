@@ -139,9 +139,14 @@ impl Round<'_> {
     fn tiles<T: Tracer>(&self, worker: &mut Worker<'_, T>) -> Result<(), Error> {
         let Worker { renderer, sight, counts } = worker;
         while let Some(tile) = self.tiling.tile(self.next.fetch_add(1, Ordering::Relaxed)) {
-            let sums = renderer.tile(&self.job, tile, sight, counts).map_err(fetched)?;
+            let mut sums = None;
+            if !self.rounds.skips(tile, self.job.width) {
+                sums = Some(renderer.tile(&self.job, tile, sight, counts).map_err(fetched)?);
+            }
             let Ok(mut shared) = self.shared.lock() else { break };
-            shared.overflows += shared.picture.enter(tile, sums, &self.job);
+            if let Some(sums) = sums {
+                shared.overflows += shared.picture.enter(tile, sums, &self.job);
+            }
             shared.done += 1;
             let (done, all) = self.rounds.progress(shared.done, self.tiling.len());
             (self.control.progress)(done, all);

@@ -31,8 +31,10 @@ pub(crate) fn render<T: Tracer>(
         let job = &Job { only: rounds.wanted(), ..*job };
         for index in 0..tiling.len() {
             let Some(tile) = tiling.tile(index) else { break };
-            let sums = renderer.tile(job, tile, &mut sight, &mut counts)?;
-            overflows += picture.enter(tile, sums, job);
+            if !rounds.skips(tile, job.width) {
+                let sums = renderer.tile(job, tile, &mut sight, &mut counts)?;
+                overflows += picture.enter(tile, sums, job);
+            }
             let (done, all) = rounds.progress(index + 1, tiling.len());
             (control.progress)(done, all);
         }

@@ -30,7 +30,7 @@ pub struct Undersampling {
     /// Along the squares \[pixels\]: the power of two that is not above it.
     pub spacing: u32,
     /// By how much a channel may differ between the corners of a square that is interpolated: this part of the darkest corner's brightness (its brightest
-    /// channel), or of the median brightness of the first corners where that is more.
+    /// channel), or of the median brightness of the first squares' upper left corners where that is more.
     pub contrast: f32,
 }
 

@@ -27,11 +27,18 @@ impl Picture {
         let mut full = 0;
         for (row, sums) in sums.chunks(tile.width as usize).enumerate() {
             let begin = (tile.y as usize + row) * self.width as usize + tile.x as usize;
-            for (at, sum) in
-                (begin..).zip(sums).filter(|&(at, _)| job.only.is_none_or(|only| only[at]))
-            {
-                self.pixels[at] = unit.resolve(*sum, samples).to_array();
+            let row = begin..begin + sums.len();
+            let enter = |(pixel, sum): (&mut [f32; 3], &Sum)| {
+                *pixel = unit.resolve(*sum, samples).to_array();
                 full += u64::from(sum.is_full());
+            };
+            let pixels = self.pixels[row.clone()].iter_mut().zip(sums);
+            match job.only {
+                None => pixels.for_each(enter),
+                Some(only) => {
+                    let some = pixels.zip(&only[row]).filter(|(_, is_rendered)| **is_rendered);
+                    some.map(|(pixel, _)| pixel).for_each(enter);
+                }
             }
         }
         full

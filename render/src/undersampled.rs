@@ -1,4 +1,5 @@
 use crate::{Picture, PictureError, Undersampling, filled};
+use kiloray_core::render::Tile;
 
 /// The rounds over all tiles that a picture takes: one, or several with some pixels in each.
 #[derive(Debug)]
@@ -22,6 +23,14 @@ impl Rounds {
     /// The pixels of this round, row by row from the top; `None` for all.
     pub(crate) fn wanted(&self) -> Option<&[bool]> {
         self.some.as_ref().map(|some| some.wanted.as_slice())
+    }
+
+    /// Whether nothing of a tile is traced in this round.
+    pub(crate) fn skips(&self, tile: Tile, width: u32) -> bool {
+        let row = |y: u32| index(tile.x, y, width)..index(tile.x, y, width) + tile.width as usize;
+        self.wanted().is_some_and(|wanted| {
+            (tile.y..tile.y + tile.height).all(|y| !wanted[row(y)].contains(&true))
+        })
     }
 
     /// Goes on to the next round, when all tiles of this one are in the picture: `false` at the end.
@@ -51,7 +60,7 @@ impl Rounds {
 #[derive(Debug)]
 struct Undersampled {
     contrast: f32,
-    /// The median brightness of the first corners, from when they are traced.
+    /// The median brightness of the upper left corners of the first squares, from when they are traced.
     usual: Option<f32>,
     /// Along the squares of this round \[pixels\].
     side: u32,
@@ -86,8 +95,8 @@ impl Undersampled {
     /// Interpolates between corners that are alike, now that they are traced, and goes on to the next round: `false` if there is none.
     fn next(&mut self, picture: &mut Picture) -> bool {
         let usual = *self.usual.get_or_insert_with(|| {
-            let corners = picture.pixels.iter().zip(&self.traced).filter(|&(_, &traced)| traced);
-            median(corners.map(|(pixel, _)| brightness(*pixel)).collect())
+            let corners = self.squares.iter().map(|&[x, y]| index(x, y, picture.width));
+            median(corners.map(|corner| brightness(picture.pixels[corner])).collect())
         });
         // Squares of one pixel have nothing between their corners.
         while self.side > 1 {
@@ -130,14 +139,16 @@ impl Undersampled {
     /// Enters what lies between the corners of a square and is not traced.
     fn interpolate(&self, square: &Square, picture: &mut Picture) {
         let [a, b, c, d] = square.corners(picture.width).map(|at| picture.pixels[at]);
+        let (across, down) = (square.right - square.x, square.below - square.y);
+        let step = |len: u32| 1.0 / len.max(1) as f32;
+        let (across, down) = (step(across), step(down));
         for y in square.y..=square.below {
-            let down = part(y - square.y, square.below - square.y);
+            let down = (y - square.y) as f32 * down;
             let (left, right) = (between(a, c, down), between(b, d, down));
             for x in square.x..=square.right {
                 let at = index(x, y, picture.width);
                 if !self.traced[at] {
-                    picture.pixels[at] =
-                        between(left, right, part(x - square.x, square.right - square.x));
+                    picture.pixels[at] = between(left, right, (x - square.x) as f32 * across);
                 }
             }
         }
@@ -192,10 +203,6 @@ fn median(mut of: Vec<f32>) -> f32 {
 
 fn index(x: u32, y: u32, width: u32) -> usize {
     y as usize * width as usize + x as usize
-}
-
-fn part(of: u32, whole: u32) -> f32 {
-    of as f32 / whole.max(1) as f32
 }
 
 fn between(from: [f32; 3], to: [f32; 3], part: f32) -> [f32; 3] {
