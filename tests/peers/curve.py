@@ -99,10 +99,10 @@ class Scene:
     def add(self, renderer, setting, render_s, total_s, image):
         rel, mean = images.error(self.image, image, self.mask)
         everywhere = images.error(self.image, image, np.ones_like(self.mask))[0]
-        row = dict(scene=self.name, renderer=renderer, setting=setting, render_s=round(max(render_s, 1e-3), 4),
+        row = dict(scene=self.name, renderer=renderer, setting=setting, render_s=round(render_s, 5),
                    total_s=round(total_s, 4), rel_rmse=round(rel, 6), mean_ratio=round(mean, 5), rel_rmse_everywhere=round(everywhere, 6))
         self.rows.append(row)
-        print('%-10s %-22s %-28s render %8.3f s  total %8.3f s  error %.5f  mean %.4f'
+        print('%-10s %-22s %-28s render %9.5f s  total %8.3f s  error %.5f  mean %.4f'
               % (self.name, renderer, setting, row['render_s'], total_s, rel, mean), flush=True)
 
     # The reference, and where renderers agree.
@@ -184,7 +184,8 @@ class Scene:
                 if self.quick and spp > 4 or self.facts['lights'] > 8 and spp > 0.8 / ds:
                     continue
                 used, image = shortest(lambda: self.rtrace(spp, ds, settings, self.width, self.height)[::-1])
-                self.add('radiance', '%d paths, -ds %g, %s' % (spp, ds, name), used - start, used, image)
+                # A difference, of what the system counts in milliseconds.
+                self.add('radiance', '%d paths, -ds %g, %s' % (spp, ds, name), max(used - start, 1e-3), used, image)
 
     def rtrace(self, spp, ds, settings, width, height):
         octree = self.path('scene.oct')
@@ -252,8 +253,8 @@ def write(rows, out):
             for point in front([r for r in rows if r['scene'] == scene and r['renderer'] == peer]):
                 t = time_at(ours, point['rel_rmse'])
                 factor = 'not reached' if t is None else '%.2f' % (point['render_s'] / t)
-                lines.append('| %s | %s | %.5f | %.3f | %s | %s |' % (
-                    scene, peer, point['rel_rmse'], point['render_s'], '-' if t is None else '%.3f' % t, factor))
+                lines.append('| %s | %s | %.5f | %.4f | %s | %s |' % (
+                    scene, peer, point['rel_rmse'], point['render_s'], '-' if t is None else '%.4f' % t, factor))
     text = '\n'.join(lines) + '\n'
     with open(os.path.join(out, 'curve.md'), 'w') as f:
         f.write(text)
