@@ -19,7 +19,8 @@ pub(crate) fn render(
     memory: &mut [Chunk],
     pixels: &mut Pixels,
 ) -> Result<Done, PictureError> {
-    let job = Job { shader: shader(file), camera: camera(file)?, width: SIZE, only: None, cancel: None };
+    let job =
+        Job { shader: shader(file), camera: camera(file)?, width: SIZE, only: None, cancel: None };
     let settings = job.shader.settings();
     let size = SceneSize {
         block_bytes: file.header().block_bytes as usize,

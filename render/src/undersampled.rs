@@ -4,7 +4,7 @@ use kiloray_core::render::Tile;
 /// The rounds over all tiles that a picture takes: one, or several with some pixels in each.
 #[derive(Debug)]
 pub(crate) struct Rounds {
-    some: Option<Undersampled>,
+    undersampled: Option<Undersampled>,
     /// Rounds that are done, and those that there can be.
     done: u32,
     most: u32,
@@ -15,14 +15,14 @@ impl Rounds {
         undersampling: Option<Undersampling>,
         picture: &Picture,
     ) -> Result<Self, PictureError> {
-        let some = undersampling.map(|u| Undersampled::new(u, picture)).transpose()?;
-        let most = some.as_ref().map_or(1, |some| some.side.ilog2() + 1);
-        Ok(Self { some, done: 0, most })
+        let undersampled = undersampling.map(|u| Undersampled::new(u, picture)).transpose()?;
+        let most = undersampled.as_ref().map_or(1, |first| first.side.ilog2() + 1);
+        Ok(Self { undersampled, done: 0, most })
     }
 
     /// The pixels of this round, row by row from the top; `None` for all.
     pub(crate) fn wanted(&self) -> Option<&[bool]> {
-        self.some.as_ref().map(|some| some.wanted.as_slice())
+        self.undersampled.as_ref().map(|round| round.wanted.as_slice())
     }
 
     /// Whether nothing of a tile is traced in this round.
@@ -36,7 +36,7 @@ impl Rounds {
     /// Goes on to the next round, when all tiles of this one are in the picture: `false` at the end.
     pub(crate) fn next(&mut self, picture: &mut Picture) -> bool {
         self.done += 1;
-        self.some.as_mut().is_some_and(|some| some.next(picture))
+        self.undersampled.as_mut().is_some_and(|round| round.next(picture))
     }
 
     /// Tiles that are done and tiles of all rounds, by those of this one.
@@ -47,7 +47,7 @@ impl Rounds {
 
     /// How many pixels are not traced.
     pub(crate) fn interpolated(&self) -> u64 {
-        let traced = self.some.iter().flat_map(|some| &some.traced);
+        let traced = self.undersampled.iter().flat_map(|last| &last.traced);
         traced.filter(|&&traced| !traced).count() as u64
     }
 }
@@ -64,8 +64,8 @@ struct Undersampled {
     usual: Option<f32>,
     /// Along the squares of this round \[pixels\].
     side: u32,
-    /// Least columns and rows of the squares of this round.
-    squares: Vec<[u32; 2]>,
+    /// The upper left corners of the squares of this round: indices of pixels, row by row from the top.
+    squares: Vec<u32>,
     /// What is traced in this round, and what was in any, row by row from the top.
     wanted: Vec<bool>,
     traced: Vec<bool>,
@@ -79,7 +79,7 @@ impl Undersampled {
         let side = spacing.clamp(1, Undersampling::SPACING_MAX);
         let side = 1 << side.ilog2();
         let starts = |len: u32| (0..len.saturating_sub(1).max(1)).step_by(side as usize);
-        let rows = starts(height).flat_map(|y| starts(width).map(move |x| [x, y]));
+        let rows = starts(height).flat_map(|y| starts(width).map(move |x| y * width + x));
         let mut first = Self {
             contrast,
             usual: None,
@@ -95,22 +95,23 @@ impl Undersampled {
     /// Interpolates between corners that are alike, now that they are traced, and goes on to the next round: `false` if there is none.
     fn next(&mut self, picture: &mut Picture) -> bool {
         let usual = *self.usual.get_or_insert_with(|| {
-            let corners = self.squares.iter().map(|&[x, y]| index(x, y, picture.width));
-            median(corners.map(|corner| brightness(picture.pixels[corner])).collect())
+            let corners = self.squares.iter().map(|&at| picture.pixels[at as usize]);
+            median(corners.map(brightness).collect())
         });
         // Squares of one pixel have nothing between their corners.
         while self.side > 1 {
             let half = self.side / 2;
             let mut open = Vec::new();
-            for [x, y] in std::mem::take(&mut self.squares) {
-                let square = Square::new([x, y], self.side, picture);
+            for at in std::mem::take(&mut self.squares) {
+                let square = Square::new(at, self.side, picture);
                 if square.is_alike(picture, self.contrast, usual) {
                     self.interpolate(&square, picture);
                     continue;
                 }
-                let columns = [x, x + half].into_iter().filter(|&at| at == x || at < square.right);
-                for y in [y, y + half].into_iter().filter(|&at| at == y || at < square.below) {
-                    open.extend(columns.clone().map(|x| [x, y]));
+                let Square { x, y, right, below } = square;
+                let columns = [x, x + half].into_iter().filter(|&at| at == x || at < right);
+                for y in [y, y + half].into_iter().filter(|&at| at == y || at < below) {
+                    open.extend(columns.clone().map(|x| y * picture.width + x));
                 }
             }
             (self.squares, self.side) = (open, half);
@@ -164,7 +165,8 @@ struct Square {
 }
 
 impl Square {
-    fn new([x, y]: [u32; 2], side: u32, picture: &Picture) -> Self {
+    fn new(at: u32, side: u32, picture: &Picture) -> Self {
+        let (x, y) = (at % picture.width, at / picture.width);
         let (right, below) =
             ((x + side).min(picture.width - 1), (y + side).min(picture.height - 1));
         Self { x, y, right, below }
