@@ -1,12 +1,13 @@
 //! Visibility against Embree, paired in one run: primary, diffuse bounce and shadow rays, one thread.
 //!
 //! ```text
-//! bench_visibility --peers DIR [--mesh FILE.obj|FILE.ktri] [--work DIR] [--size 1024] [--rounds 5]
+//! bench_visibility --peers DIR [--mesh FILE.obj|FILE.ktri] [--work DIR] [--size 1024] [--rounds 3]
 //!                  [--block-bytes 16384] [--mapped] [--only NAME]
 //! ```
 //! `DIR` holds `embree_bench.cpp` and `gen_mesh.py`; they are built and run in `--work`
 //! (`target/visibility`). Without `--peers` it traces the rays that an earlier run has left there,
-//! and prints no ratios. Rates are of the CPU time of the thread, medians over the rounds.
+//! and prints no ratios. In each round either side takes the median of five passes over the same rays, one after the other. Rates are of the CPU time of the
+//! thread, medians over the rounds.
 
 mod count;
 mod embree;
@@ -44,7 +45,7 @@ fn arguments() -> Result<Arguments, Error> {
         mesh: None,
         work: PathBuf::from("target/visibility"),
         size: 1024,
-        rounds: 5,
+        rounds: 3,
         block_bytes: 16 << 10,
         mapped: false,
         only: None,
