@@ -103,9 +103,7 @@ pub(crate) fn render<T: Tracer + Send + Sync>(
     let mut counts = Counts::default();
     for worker in workers.into_iter().map(into_inner) {
         counts.add(&worker.counts);
-        let mut peaks = plan.budget(usize::MAX)?;
-        worker.renderer.note_peaks(&mut peaks);
-        budget.merge_peaks(&peaks);
+        worker.renderer.note_peaks(&mut budget);
     }
     Ok(Report {
         counts,

@@ -37,6 +37,12 @@ pub struct Undersampling {
 impl Undersampling {
     /// Greatest squares \[pixels\].
     pub const SPACING_MAX: u32 = 32;
+
+    /// Squares of so many pixels; `None` where each is a pixel, and all are traced.
+    #[must_use]
+    pub fn new(spacing: u32, contrast: f32) -> Option<Self> {
+        (spacing > 1).then_some(Self { spacing, contrast })
+    }
 }
 
 /// How boxes and triangles are tested. The hits are the same.

@@ -140,12 +140,11 @@ impl Undersampled {
     /// Enters what lies between the corners of a square and is not traced.
     fn interpolate(&self, square: &Square, picture: &mut Picture) {
         let [a, b, c, d] = square.corners(picture.width).map(|at| picture.pixels[at]);
-        let (across, down) = (square.right - square.x, square.below - square.y);
-        let step = |len: u32| 1.0 / len.max(1) as f32;
-        let (across, down) = (step(across), step(down));
+        let step = |from: u32, to: u32| 1.0 / (to - from).max(1) as f32;
+        let (across, down) = (step(square.x, square.right), step(square.y, square.below));
         for y in square.y..=square.below {
-            let down = (y - square.y) as f32 * down;
-            let (left, right) = (between(a, c, down), between(b, d, down));
+            let part = (y - square.y) as f32 * down;
+            let (left, right) = (between(a, c, part), between(b, d, part));
             for x in square.x..=square.right {
                 let at = index(x, y, picture.width);
                 if !self.traced[at] {

@@ -1,5 +1,7 @@
 //! The picture must not depend on the machine: not on memory, blocks, batches, threads or lanes.
 
+mod support;
+
 use kiloray_core::block::KiloView;
 use kiloray_core::geometry::{Hit, Ray};
 use kiloray_core::material::{OpticalDepth, crossing};
@@ -8,31 +10,18 @@ use kiloray_core::shade::{Counts, Path, Settings, Shader, Sum, Tables, Visibilit
 use kiloray_core::store::{BudgetError, Line};
 use kiloray_core::trace::{Cursor, Scalar, TraceError, Tracer};
 use kiloray_core::view::Camera;
-use kiloray_render::{Control, Error, Lanes, Options, PictureError, Rendered, plan, render};
-use kiloray_scene::compile::{Compiled, compile};
-use kiloray_scene::{builtin, import};
+use kiloray_render::{Control, Error, Lanes, Options, PictureError, plan, render};
+use kiloray_scene::compile::compile;
+use kiloray_scene::import;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use support::{bits, compiled, run};
 
 const WIDTH: u32 = 29;
 const HEIGHT: u32 = 22;
 
-fn compiled(scene: &str, block_bytes: usize) -> Compiled {
-    let model = builtin::build(scene).unwrap();
-    compile(&model, &kiloray_scene::compile::Options::blocks_of(block_bytes), &mut ()).unwrap()
-}
-
 fn options(file: &KiloView<'_>) -> Options {
     let settings = Settings { samples: 2, shadow_samples: 2, lights: 3, bounces: 5, seed: 7 };
     Options { settings, ..Options::new(WIDTH, HEIGHT, file.views()[0]) }
-}
-
-fn run(file: &KiloView<'_>, options: &Options) -> Result<Rendered, Error> {
-    let control = Control { cancel: &AtomicBool::new(false), progress: &|_, _| {} };
-    render(file, options, &control)
-}
-
-fn bits(rendered: &Rendered) -> Vec<[u32; 3]> {
-    rendered.picture.pixels.iter().map(|p| p.map(f32::to_bits)).collect()
 }
 
 /// One ray after the other, by the simplest code there is.

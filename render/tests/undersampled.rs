@@ -1,19 +1,17 @@
 //! A picture with fewer camera rays than pixels: what is traced is as in the whole picture, the rest lies between.
 
+mod support;
+
 use kiloray_core::block::KiloView;
 use kiloray_core::shade::Settings;
 use kiloray_render::{Control, Lanes, Options, Rendered, Undersampling, render};
-use kiloray_scene::builtin;
-use kiloray_scene::compile::{Compiled, compile};
+use kiloray_scene::compile::Compiled;
 use std::sync::Mutex;
 use std::sync::atomic::AtomicBool;
+use support::{bits, compiled, run};
 
+const BLOCK: usize = 4 << 10;
 const SIZES: [(u32, u32); 6] = [(1, 1), (1, 9), (10, 1), (2, 2), (37, 22), (64, 33)];
-
-fn compiled(scene: &str) -> Compiled {
-    let model = builtin::build(scene).unwrap();
-    compile(&model, &kiloray_scene::compile::Options::blocks_of(1 << 12), &mut ()).unwrap()
-}
 
 /// The file of a scene, and pictures of it.
 struct Scene<'f>(KiloView<'f>);
@@ -31,17 +29,12 @@ impl<'f> Scene<'f> {
     }
 
     fn render(&self, options: &Options) -> Rendered {
-        let control = Control { cancel: &AtomicBool::new(false), progress: &|_, _| {} };
-        render(&self.0, options, &control).unwrap()
+        run(&self.0, options).unwrap()
     }
 }
 
 fn undersampled(options: Options, spacing: u32, contrast: f32) -> Options {
     Options { undersampling: Some(Undersampling { spacing, contrast }), ..options }
-}
-
-fn bits(rendered: &Rendered) -> Vec<[u32; 3]> {
-    rendered.picture.pixels.iter().map(|p| p.map(f32::to_bits)).collect()
 }
 
 /// Where the squares along a side begin and end.
@@ -55,7 +48,7 @@ fn lattice(len: u32, spacing: u32) -> Vec<u32> {
 
 #[test]
 fn between_corners_that_may_differ_as_they_like_it_is_bilinear() {
-    let compiled = compiled("sinc:8");
+    let compiled = compiled("sinc:8", BLOCK);
     let scene = Scene::new(&compiled);
     for size in SIZES {
         let whole = scene.render(&scene.options(size)).picture;
@@ -91,7 +84,7 @@ fn between_corners_that_may_differ_as_they_like_it_is_bilinear() {
 #[test]
 fn what_is_traced_is_as_in_the_whole_picture_on_any_machine() {
     for name in ["cornell", "glass"] {
-        let compiled = compiled(name);
+        let compiled = compiled(name, BLOCK);
         let scene = Scene::new(&compiled);
         for (spacing, contrast) in [(4, 0.0), (2, 0.1), (8, 0.3)] {
             let whole = scene.options((61, 47));
@@ -120,7 +113,7 @@ fn what_is_traced_is_as_in_the_whole_picture_on_any_machine() {
 
 #[test]
 fn where_corners_differ_everywhere_all_is_traced() {
-    let compiled = compiled("cornell");
+    let compiled = compiled("cornell", BLOCK);
     let scene = Scene::new(&compiled);
     for size in SIZES.into_iter().chain([(3, 3), (3, 64), (6, 3), (5, 5)]) {
         let whole = bits(&scene.render(&scene.options(size)));
@@ -133,7 +126,7 @@ fn where_corners_differ_everywhere_all_is_traced() {
 
 #[test]
 fn a_square_is_interpolated_where_its_corners_differ_by_no_more_than_the_contrast() {
-    let compiled = compiled("cornell");
+    let compiled = compiled("cornell", BLOCK);
     let scene = Scene::new(&compiled);
     let (width, height, contrast) = (63_usize, 49_usize, 0.15_f32);
     let options = scene.options((width as u32, height as u32));
@@ -171,7 +164,7 @@ fn a_square_is_interpolated_where_its_corners_differ_by_no_more_than_the_contras
 
 #[test]
 fn less_contrast_is_less_error() {
-    let compiled = compiled("cornell");
+    let compiled = compiled("cornell", BLOCK);
     let scene = Scene::new(&compiled);
     let whole = scene.options((96, 96));
     let whole = Options { settings: Settings { shadow_samples: 64, ..whole.settings }, ..whole };
@@ -191,7 +184,7 @@ fn less_contrast_is_less_error() {
 
 #[test]
 fn progress_never_goes_back() {
-    let compiled = compiled("cornell");
+    let compiled = compiled("cornell", BLOCK);
     let scene = Scene::new(&compiled);
     let heard = Mutex::new(Vec::new());
     let progress = |done, all| heard.lock().unwrap().push((done, all));

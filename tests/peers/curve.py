@@ -136,16 +136,15 @@ class Scene:
         kiloray.compile([self.path('scene.rad'), self.path('scene.vf')], compiled)
         many = MANY if self.facts['lights'] > 8 else []
         settings = [(*setting, None) for setting in KILORAY] + many
-        settings = [(*setting, 1, None) for setting in settings]
+        settings = [(*setting, None, None) for setting in settings]
         for samples, shadow, spacing, contrast in FEWER:
             for lights in (None, 1, 4) if many else (None,):
                 settings.append((samples, shadow, lights, spacing, contrast))
         for samples, shadow, lights, spacing, contrast in settings:
             if self.quick and samples * shadow > 64 or samples * shadow > 256 and self.name != 'cornell':
                 continue
-            chosen = dict(samples=samples, shadow_samples=shadow or None, lights_per_point=lights)
-            if spacing > 1:
-                chosen.update(pixel_spacing=spacing, pixel_contrast=contrast)
+            chosen = dict(samples=samples, shadow_samples=shadow or None, lights_per_point=lights,
+                          pixel_spacing=spacing, pixel_contrast=contrast)
             total_s = cpu(kiloray.rendering(self.path('scene.rad'), out, view=self.path('scene.vf'), width=self.width,
                                             height=self.height, threads=1, **chosen))[0]
             render_s = shortest(lambda: (kiloray.seconds(compiled, self.width, self.height, pixels, **chosen),))[0]
@@ -153,7 +152,7 @@ class Scene:
             if (np.fromfile(pixels, np.float32).reshape(image.shape) != image).any():
                 raise SystemExit('render_time and the command have other pixels')
             setting = '%d paths, %s shadow' % (samples, shadow or 'adaptive') + (', %d lights' % lights if lights else '')
-            setting += ', squares of %d, contrast %g' % (spacing, contrast) if spacing > 1 else ''
+            setting += ', squares of %d, contrast %g' % (spacing, contrast) if spacing else ''
             self.add('kiloray', setting, render_s, total_s, image)
 
     def mitsuba(self, variant):

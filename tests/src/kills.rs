@@ -17,6 +17,8 @@ use kiloray_render::Picture;
 use kiloray_scene::kilo::KiloFile;
 use kiloray_scene::{builtin, compile};
 
+use crate::reference::one_thread;
+
 /// A run in which something went wrong.
 pub type Failure = String;
 
@@ -75,7 +77,7 @@ pub fn all(
     let options = compile::Options::blocks_of(1 << 10);
     let compiled = compile::compile(&model, &options, &mut ()).map_err(|e| e.to_string())?;
     let file = KiloFile::from_compiled(compiled);
-    let reference = reference(&file)?;
+    let reference = one_thread(&file, SIDE, SIDE, file.view().views()[0], SETTINGS)?;
     let mut sums = Sums::default();
     for number in runs {
         let rng = Rng::with_seed(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15).wrapping_add(number));
@@ -191,14 +193,4 @@ fn left_over(marker: &str) -> Vec<u32> {
 fn is_ours(process: u32, marker: &str) -> bool {
     let line = fs::read(format!("/proc/{process}/cmdline")).unwrap_or_default();
     String::from_utf8_lossy(&line).contains(marker)
-}
-
-/// What one machine makes of it.
-fn reference(file: &KiloFile) -> Result<Picture, Failure> {
-    let alone = kiloray_render::Options::new(SIDE, SIDE, file.view().views()[0]);
-    let options = kiloray_render::Options { settings: SETTINGS, ..alone };
-    let cancel = AtomicBool::new(false);
-    let control = kiloray_render::Control { cancel: &cancel, progress: &|_, _| {} };
-    let rendered = kiloray_render::render(&file.view(), &options, &control);
-    rendered.map(|rendered| rendered.picture).map_err(|e| e.to_string())
 }

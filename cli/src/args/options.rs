@@ -79,7 +79,7 @@ pub(crate) struct Common {
 }
 
 /// Fewer camera rays than pixels.
-#[derive(Debug, Clone, Args, Serialize)]
+#[derive(Debug, Clone, Args)]
 pub(crate) struct Undersampling {
     /// Trace the corners of squares of so many pixels first (1, 2, 4, 8, 16 or 32), the pixels within only where corners differ, and interpolate the rest:
     /// quicker, with a small error; what is smaller than a square may be missed

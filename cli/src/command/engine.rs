@@ -8,7 +8,7 @@ use kiloray_core::{
     store::{BudgetError, Line},
 };
 use kiloray_mesh::MeshOptions;
-use kiloray_render::{Control, Error, Lanes, Options, Rendered, framing};
+use kiloray_render::{Control, Error, Options, Rendered, framing};
 
 use super::division;
 use crate::{
@@ -35,9 +35,6 @@ pub(super) fn options(common: &Common, view: View) -> Outcome<Options> {
     memory::for_picture(width, height)?;
     let memory = common.memory.map(usize::try_from).transpose();
     Ok(Options {
-        width,
-        height,
-        view: framing::fitted(view, width, height),
         settings: Settings {
             samples: common.samples,
             shadow_samples: common.shadow_samples.unwrap_or(0),
@@ -47,9 +44,7 @@ pub(super) fn options(common: &Common, view: View) -> Outcome<Options> {
         },
         memory: memory.map_err(|_| Failure::usage("--memory is more than can be addressed"))?,
         threads: common.threads.unwrap_or(0) as usize,
-        lanes: Lanes::Auto,
-        batch: 0,
-        undersampling: None,
+        ..Options::new(width, height, framing::fitted(view, width, height))
     })
 }
 

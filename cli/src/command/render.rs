@@ -3,6 +3,8 @@ use std::{
     time::Instant,
 };
 
+use kiloray_render::Undersampling;
+
 use super::{engine, frames, html, report::Run};
 use crate::{
     args,
@@ -25,11 +27,9 @@ pub(super) fn run(arguments: &args::Render) -> Outcome {
     let block = engine::default_block(common.memory);
     let mut scene =
         scene::load(&arguments.scene, common.block, block, quiet)?.with_view(common.view.as_ref());
-    let args::Undersampling { pixel_spacing: spacing, pixel_contrast } = arguments.undersampling;
-    let undersampling = (spacing > 1)
-        .then_some(kiloray_render::Undersampling { spacing, contrast: pixel_contrast as f32 });
-    let options = engine::options(common, scene.choose_view(common.view.as_ref())?)?;
-    let options = kiloray_render::Options { undersampling, ..options };
+    let args::Undersampling { pixel_spacing, pixel_contrast } = arguments.undersampling;
+    let mut options = engine::options(common, scene.choose_view(common.view.as_ref())?)?;
+    options.undersampling = Undersampling::new(pixel_spacing, pixel_contrast as f32);
     let path =
         arguments.output.clone().unwrap_or_else(|| PathBuf::from(format!("{}.png", scene.name)));
     // Whether all can be written shows before the work.

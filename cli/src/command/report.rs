@@ -27,9 +27,6 @@ pub(super) struct Run<'a> {
     pub(super) exposure: Option<f32>,
 }
 
-/// Pixels that were not traced.
-const INTERPOLATED: &str = "pixels_interpolated";
-
 /// Light, rays and data that were not needed, by name.
 pub(super) fn skipped(scene: &Scene, c: &Counts) -> Vec<(&'static str, u64)> {
     let [materials, lights] = scene.left_out();
@@ -48,9 +45,9 @@ pub(super) fn skipped(scene: &Scene, c: &Counts) -> Vec<(&'static str, u64)> {
 }
 
 /// The same, with what the scene has none of, for the JSON.
-pub(super) fn skipped_json(scene: &Scene, counts: &Counts) -> Value {
+pub(super) fn skipped_json(scene: &Scene, all: &[(&str, u64)]) -> Value {
     let mut all: serde_json::Map<_, _> =
-        skipped(scene, counts).into_iter().map(|(name, n)| (name.to_owned(), json!(n))).collect();
+        all.iter().map(|&(name, n)| (name.to_owned(), json!(n))).collect();
     all.insert("not_needed".into(), json!(not_needed(scene)));
     all.into()
 }
@@ -72,7 +69,7 @@ impl Run<'_> {
     pub(super) fn skipped(&self) -> Vec<(&'static str, u64)> {
         let report = &self.rendered.report;
         let mut all = skipped(self.scene, &report.counts);
-        all.push((INTERPOLATED, report.interpolated));
+        all.push(("pixels_interpolated", report.interpolated));
         all
     }
 
@@ -88,11 +85,8 @@ impl Run<'_> {
         let size = (picture.width, picture.height);
         let mut options = options_json(self.common, self.sources, self.scene, size, self.exposure);
         options["threads"] = json!(report.threads);
-        if let (Some(all), Value::Object(more)) =
-            (options.as_object_mut(), json!(self.undersampling))
-        {
-            all.extend(more);
-        }
+        options["pixel_spacing"] = json!(self.undersampling.pixel_spacing);
+        options["pixel_contrast"] = json!(self.undersampling.pixel_contrast);
         let lines: Vec<_> = report
             .budget
             .lines()
@@ -130,7 +124,7 @@ impl Run<'_> {
                 "specular": report.counts.specular,
                 "ambient": 0,
             },
-            "skipped": skipped_json(self.scene, &report.counts),
+            "skipped": skipped_json(self.scene, &self.skipped()),
             "messages": { "count": 0, "bytes": 0 },
             "memory": {
                 "limit": self.common.memory,
@@ -150,7 +144,6 @@ impl Run<'_> {
             "faults": none,
         }));
         json["blocks"]["expanded_bytes"] = json!(report.top_bytes);
-        json["skipped"][INTERPOLATED] = json!(report.interpolated);
         json
     }
 }

@@ -154,13 +154,6 @@ impl Budget {
             line.peak = line.peak.max(items(line));
         }
     }
-
-    /// Takes over the greater peaks of another run in a like budget.
-    pub fn merge_peaks(&mut self, other: &Self) {
-        for line in other.lines {
-            self.note_peak(line.line, line.peak);
-        }
-    }
 }
 
 impl fmt::Display for Budget {

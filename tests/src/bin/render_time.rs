@@ -19,7 +19,7 @@ struct Arguments {
     scene: PathBuf,
     size: [u32; 2],
     settings: Settings,
-    undersampling: Undersampling,
+    undersampling: Option<Undersampling>,
     out: Option<PathBuf>,
 }
 
@@ -44,7 +44,7 @@ fn arguments() -> Result<Arguments, String> {
     let mut words = env::args().skip(1);
     let mut named = Vec::new();
     let (mut settings, mut out) = (Settings::default(), None);
-    let mut undersampling = Undersampling { spacing: 1, contrast: 0.0 };
+    let (mut spacing, mut contrast) = (1, 0.0);
     while let Some(word) = words.next() {
         if !word.starts_with("--") {
             named.push(word);
@@ -55,14 +55,15 @@ fn arguments() -> Result<Arguments, String> {
             "--samples" => settings.samples = number(&value)?,
             "--shadow-samples" => settings.shadow_samples = number(&value)?,
             "--lights-per-point" => settings.lights = number(&value)?,
-            "--pixel-spacing" => undersampling.spacing = number(&value)?,
-            "--pixel-contrast" => undersampling.contrast = number(&value)?,
+            "--pixel-spacing" => spacing = number(&value)?,
+            "--pixel-contrast" => contrast = number(&value)?,
             "--out" => out = Some(value.into()),
             _ => return Err(format!("{word} is unknown")),
         }
     }
     let [scene, width, height] = named.as_slice() else { return Err("what to render?".into()) };
     let size = [number(width)?, number(height)?];
+    let undersampling = Undersampling::new(spacing, contrast);
     Ok(Arguments { scene: scene.into(), size, settings, undersampling, out })
 }
 
@@ -76,8 +77,7 @@ fn run(arguments: &Arguments) -> Result<f64, Box<dyn Error>> {
     let view = *file.views().first().ok_or("the scene has no view")?;
     let [width, height] = arguments.size;
     let view = framing::fitted(view, width, height);
-    let undersampling = Some(arguments.undersampling).filter(|u| u.spacing > 1);
-    let settings = arguments.settings;
+    let &Arguments { settings, undersampling, .. } = arguments;
     let options =
         Options { settings, threads: 1, undersampling, ..Options::new(width, height, view) };
     let cancel = AtomicBool::new(false);

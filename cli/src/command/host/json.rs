@@ -35,7 +35,7 @@ impl Run<'_> {
             "mesh_s": outcome.start.map(|_| outcome.render.as_secs_f64()),
             "virtual_time_s": null,
             "efficiency": null,
-            "skipped": report::skipped_json(self.scene, &counts.shade),
+            "skipped": report::skipped_json(self.scene, &report::skipped(self.scene, &counts.shade)),
             "messages": {
                 "count": total(messages.iter().map(|m| m.sent)),
                 "bytes": total(messages.iter().map(|m| m.sent_bytes)),

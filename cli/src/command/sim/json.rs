@@ -37,7 +37,7 @@ impl Run<'_> {
             "virtual_time_s": seconds(report.virtual_ns),
             "virtual_time_one_node_s": self.done.compared().map(|one| seconds(one.virtual_ns)),
             "efficiency": self.done.efficiency(),
-            "skipped": report::skipped_json(self.scene, &counts.shade),
+            "skipped": report::skipped_json(self.scene, &report::skipped(self.scene, &counts.shade)),
             "messages": {
                 "count": report.messages.iter().map(|m| m.sent).sum::<u64>(),
                 "bytes": report.messages.iter().map(|m| m.sent_bytes).sum::<u64>(),
