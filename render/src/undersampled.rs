@@ -145,11 +145,10 @@ impl Undersampled {
         for y in square.y..=square.below {
             let part = (y - square.y) as f32 * down;
             let (left, right) = (between(a, c, part), between(b, d, part));
-            for x in square.x..=square.right {
-                let at = index(x, y, picture.width);
-                if !self.traced[at] {
-                    picture.pixels[at] = between(left, right, (x - square.x) as f32 * across);
-                }
+            let row = index(square.x, y, picture.width)..=index(square.right, y, picture.width);
+            let pixels = picture.pixels[row.clone()].iter_mut().zip(&self.traced[row]);
+            for (x, (pixel, _)) in pixels.enumerate().filter(|(_, (_, traced))| !**traced) {
+                *pixel = between(left, right, x as f32 * across);
             }
         }
     }

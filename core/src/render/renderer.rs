@@ -1,6 +1,6 @@
 use super::sort::sort_by_key;
 use super::stack::Stack;
-use super::tile::{Place, Places, Tile};
+use super::tile::{Place, Places, SomePlaces, Tile};
 use super::{Plan, Sight};
 use crate::block::BlockSource;
 use crate::material::OpticalDepth;
@@ -37,13 +37,6 @@ impl Job<'_> {
     fn pixel(&self, place: &Place) -> u32 {
         place.y.wrapping_mul(self.width).wrapping_add(place.x)
     }
-
-    /// The next camera ray of a pixel that is rendered.
-    #[cfg_attr(feature = "bundles", inline(always))]
-    fn next_of(&self, places: &mut Places) -> Option<Place> {
-        let Some(only) = self.only else { return places.next() };
-        places.find(|place| only.get(self.pixel(place) as usize) == Some(&true))
-    }
 }
 
 /// Renders tile after tile in the memory it was given.
@@ -75,7 +68,7 @@ struct Work<'w, 'a, T, S> {
     job: &'w Job<'a>,
     sight: &'w mut Sight<T, S>,
     counts: &'w mut Counts,
-    places: Places,
+    places: SomePlaces<'a>,
     /// The camera ray that comes next.
     next: Option<Place>,
     /// Whether points have children.
@@ -118,8 +111,9 @@ impl<'a> Renderer<'a> {
         self.sums_peak = self.sums_peak.max(pixels);
         self.waiting.clear();
         self.shadows.clear();
-        let mut places = Places::new(tile, job.shader.settings().samples);
-        let next = job.next_of(&mut places);
+        let places = Places::new(tile, job.shader.settings().samples);
+        let mut places = SomePlaces::new(places, job.only, job.width);
+        let next = places.next();
         let mut work = Work {
             job,
             sight,
@@ -207,7 +201,7 @@ impl<'a> Renderer<'a> {
                 break;
             }
             work.counts.primary = work.counts.primary.saturating_add(1);
-            work.next = work.job.next_of(&mut work.places);
+            work.next = work.places.next();
         }
     }
 

@@ -144,6 +144,18 @@ impl Places {
         [self.square, self.sample, self.at]
     }
 
+    /// Goes on at the next of these pixels of the square, or behind it: `false`.
+    fn pass_to(&mut self, pixels: u16) -> bool {
+        let left = pixels.unbounded_shr(self.at);
+        if left == 0 {
+            self.at = 0;
+            self.step();
+            return false;
+        }
+        self.at = self.at.wrapping_add(left.trailing_zeros());
+        true
+    }
+
     /// Goes on behind the last pixel of a square.
     fn step(&mut self) {
         self.sample = self.sample.wrapping_add(1);
@@ -177,6 +189,64 @@ impl Iterator for Places {
                 let pixel = y.wrapping_mul(self.tile.width).wrapping_add(x) as u16;
                 let (x, y) = (self.tile.x.wrapping_add(x), self.tile.y.wrapping_add(y));
                 return Some(Place { x, y, pixel, sample });
+            }
+        }
+        None
+    }
+}
+
+/// Where the columns of a square stand on its curve, and the rows.
+const COLUMNS: [u16; 4] = [0, 1, 4, 5];
+const ROWS: [u16; 4] = [0, 2, 8, 10];
+
+/// Those of some pixels of the picture.
+#[derive(Debug, Clone)]
+pub(super) struct SomePlaces<'o> {
+    places: Places,
+    /// Whether a pixel is among them, row by row from the picture's top; `None` for all.
+    only: Option<&'o [bool]>,
+    /// Columns of the picture.
+    width: u32,
+    /// Which pixels of a square are, as bits by their place on its curve.
+    square: Option<u32>,
+    pixels: u16,
+}
+
+impl<'o> SomePlaces<'o> {
+    pub(super) const fn new(places: Places, only: Option<&'o [bool]>, width: u32) -> Self {
+        Self { places, only, width, square: None, pixels: 0 }
+    }
+
+    /// The pixels of the square that comes next.
+    fn pixels(&self, only: &[bool]) -> u16 {
+        let Places { tile, x, y, .. } = self.places;
+        let columns = tile.width.saturating_sub(x).min(SQUARE) as usize;
+        let first = tile.y.wrapping_add(y).wrapping_mul(self.width);
+        let mut begin = first.wrapping_add(tile.x).wrapping_add(x);
+        let mut pixels = 0;
+        for (_, row) in (y..tile.height).zip(ROWS) {
+            let begins = only.get(begin as usize..).unwrap_or_default();
+            for (&is_wanted, column) in begins.iter().take(columns).zip(COLUMNS) {
+                pixels |= u16::from(is_wanted) << (row + column);
+            }
+            begin = begin.wrapping_add(self.width);
+        }
+        pixels
+    }
+}
+
+impl Iterator for SomePlaces<'_> {
+    type Item = Place;
+
+    #[cfg_attr(feature = "bundles", inline(always))]
+    fn next(&mut self) -> Option<Place> {
+        let Some(only) = self.only else { return self.places.next() };
+        while self.places.y < self.places.tile.height {
+            if self.square != Some(self.places.square) {
+                (self.square, self.pixels) = (Some(self.places.square), self.pixels(only));
+            }
+            if self.places.pass_to(self.pixels) {
+                return self.places.next();
             }
         }
         None
@@ -282,6 +352,22 @@ mod tests {
             assert!(
                 bundle.iter().all(|p| p.x / 4 == bundle[0].x / 4 && p.y / 4 == bundle[0].y / 4)
             );
+        }
+    }
+
+    #[test]
+    fn some_places_come_in_the_order_of_all() {
+        let tile = Tile { x: 3, y: 2, width: 10, height: 9 };
+        let width = 15;
+        for keep in [0, 1, 3, 7, 50, 1000] {
+            let pixels: Vec<_> = (0..width * 12_u32).map(|i| i * 7919 % 1000 < keep).collect();
+            let some = SomePlaces::new(Places::new(tile, 2), Some(&pixels), width);
+            let of_all = Places::new(tile, 2).filter(|p| pixels[(p.y * width + p.x) as usize]);
+            assert!(some.eq(of_all), "{keep}");
+        }
+        for (samples, only) in [(2, [].as_slice()), (0, &[true; 180])] {
+            let none = SomePlaces::new(Places::new(tile, samples), Some(only), width);
+            assert_eq!(none.count(), 0);
         }
     }
 }
