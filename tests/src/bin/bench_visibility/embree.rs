@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use kiloray_tests::statistics::median;
+use crate::rates::Rates;
 
 use crate::Error;
 
@@ -20,7 +20,7 @@ const CONFIGURATIONS: [(&str, &[&str]); 3] =
 /// Rates by configuration, kind of ray and width of packets.
 #[derive(Default)]
 pub(crate) struct Table {
-    rates: BTreeMap<(String, String, u32), Vec<f64>>,
+    rates: BTreeMap<(String, String, u32), Rates>,
     hits: BTreeMap<String, u64>,
 }
 
@@ -73,10 +73,13 @@ impl Table {
     /// A line as `primary  8c  17.4 Mrays/s (best 17.5)  rays 1048576 hits 705562 sum_t 9.4e+06`.
     fn add(&mut self, configuration: &str, line: &str) -> Result<(), Error> {
         let words: Vec<&str> = line.split_whitespace().collect();
-        let [kind, width, rate, ..] = words[..] else { return Err("an unknown line".into()) };
+        let [kind, width, median, _, _, best, ..] = words[..] else {
+            return Err("an unknown line".into());
+        };
         let width: u32 = width.trim_end_matches('c').parse()?;
         let key = (configuration.to_string(), kind.to_string(), width);
-        self.rates.entry(key).or_default().push(rate.parse()?);
+        let best = best.trim_end_matches(')');
+        self.rates.entry(key).or_default().add(median.parse()?, best.parse()?);
         let hits = words.iter().position(|w| *w == "hits").and_then(|i| words.get(i + 1));
         if let (1, "robust", Some(hits)) = (width, configuration, hits) {
             self.hits.insert(kind.to_string(), hits.parse()?);
@@ -84,10 +87,9 @@ impl Table {
         Ok(())
     }
 
-    /// The median rate, if there is one [M rays/s].
-    pub(crate) fn rate(&self, configuration: &str, kind: &str, width: u32) -> Option<f64> {
-        let key = (configuration.to_string(), kind.to_string(), width);
-        self.rates.get(&key).map(|rates| median(rates))
+    /// The rates of a configuration, if there are any.
+    pub(crate) fn rates(&self, configuration: &str, kind: &str, width: u32) -> Option<&Rates> {
+        self.rates.get(&(configuration.to_string(), kind.to_string(), width))
     }
 
     /// How many rays hit, robust.
@@ -97,7 +99,7 @@ impl Table {
 
     pub(crate) fn print(&self) {
         for ((configuration, kind, width), rates) in &self.rates {
-            println!("embree {configuration:8} {kind:8} {width:2}  {:7.3} M rays/s", median(rates));
+            println!("embree {configuration:8} {kind:8} {width:2}  {rates}");
         }
     }
 }

@@ -7,11 +7,12 @@
 //! `DIR` holds `embree_bench.cpp` and `gen_mesh.py`; they are built and run in `--work`
 //! (`target/visibility`). Without `--peers` it traces the rays that an earlier run has left there,
 //! and prints no ratios. In each round either side takes the median of five passes over the same rays, one after the other. Rates are of the CPU time of the
-//! thread, medians over the rounds.
+//! thread, medians over the rounds; beside them stands the best pass of all, which others on a shared machine delayed least.
 
 mod count;
 mod embree;
 mod mesh;
+mod rates;
 mod rays;
 mod trace;
 

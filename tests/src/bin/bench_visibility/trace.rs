@@ -10,6 +10,8 @@ use kiloray_core::trace::{BUNDLE, Batch, Bundle, Cursor, Scalar, Tracer};
 use kiloray_render::Top;
 use kiloray_simd::Auto;
 use kiloray_tests::statistics::median;
+
+use crate::rates::Rates;
 use memmap2::{Advice, Mmap, MmapMut};
 
 use crate::rays::Sets;
@@ -63,7 +65,7 @@ impl Scene {
 /// Rates by way and kind of ray.
 #[derive(Default)]
 pub(crate) struct Table {
-    rates: BTreeMap<(&'static str, &'static str), Vec<f64>>,
+    rates: BTreeMap<(&'static str, &'static str), Rates>,
     hits: BTreeMap<(&'static str, &'static str), u64>,
 }
 
@@ -109,7 +111,8 @@ pub(crate) fn run(
                 *rate = rays.len() as f64 / begin.elapsed().as_secs_f64() / 1e6;
                 table.hits.insert((way, kind), hits);
             }
-            table.rates.entry((way, kind)).or_default().push(median(&rates));
+            let best = rates.iter().copied().fold(0.0, f64::max);
+            table.rates.entry((way, kind)).or_default().add(median(&rates), best);
         }
     }
     Ok(())
@@ -185,12 +188,12 @@ impl Table {
         for (way, configuration, width, goals) in WAYS {
             for (kind, goal) in ["primary", "bounce", "shadow"].into_iter().zip(goals) {
                 let Some(rates) = self.rates.get(&(way, kind)) else { continue };
-                let rate = median(rates);
                 let hits = self.hits.get(&(way, kind)).copied().unwrap_or(0);
-                print!("kiloray {way:16} {kind:8} {rate:7.3} M rays/s  hits {hits}");
-                if let Some(theirs) = peer.rate(configuration, kind, width) {
-                    let ratio = rate / theirs;
-                    print!("  {ratio:5.2} x {configuration} {width}");
+                print!("kiloray {way:16} {kind:8} {rates}  hits {hits}");
+                if let Some(theirs) = peer.rates(configuration, kind, width) {
+                    let (ratio, best) =
+                        (rates.median() / theirs.median(), rates.best() / theirs.best());
+                    print!("  {ratio:5.2} x {configuration} {width}, at best {best:.2}");
                     if goal > 0.0 {
                         let verdict = if ratio >= goal { "reached" } else { "not reached" };
                         print!(" (to reach {goal}: {verdict})");
