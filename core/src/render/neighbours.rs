@@ -27,8 +27,8 @@ struct Through<'a> {
 
 impl Query for Through<'_> {
     #[inline(always)]
-    fn is_from_end(&self) -> bool {
-        true
+    fn shortens(&self) -> bool {
+        false
     }
 
     #[inline(always)]

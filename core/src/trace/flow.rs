@@ -115,7 +115,7 @@ impl<
     fn run(self) -> Self::Result {
         let Self { flow, stream, signs, first } = self;
         let from_end =
-            flow.source.holds_all() && flow.queries.first().is_some_and(Query::is_from_end);
+            flow.source.holds_all() && flow.queries.first().is_some_and(|query| !query.shortens());
         let turn = Turn::new(signs, from_end);
         let Stream { rays, levels, crossings, quad, used, visited, .. } = stream;
         let Rays { groups, .. } = rays;

@@ -8,14 +8,15 @@ pub trait Query {
     #[inline(always)]
     fn shorten(&self, _t_max: &mut f32) {}
 
-    /// Whether a ray may as well visit the tree from its far end: any hit will do, or all are wanted. So it does where all blocks are at hand, as it would test the
-    /// surface that it leaves before all others. (Where blocks are fetched it begins with those nearby: rays to a sky fetch three times as many from the other end.)
+    /// Whether hits make a ray shorter. Where any hit will do, or all are wanted, none does: whatever the ray meets it reaches, and it may as well visit the tree from
+    /// its far end. So it does where all blocks are at hand, as it would test the surface that it leaves before all others. (Where blocks are fetched it begins with
+    /// those nearby: rays to a sky fetch three times as many from the other end.)
     #[inline(always)]
-    fn is_from_end(&self) -> bool {
-        false
+    fn shortens(&self) -> bool {
+        true
     }
 
-    /// Takes a hit at `t`, which the ray accepts, and may make the ray shorter. `true` ends the traversal.
+    /// Takes a hit at `t`, which the ray accepts, and may make the ray shorter if it [does so](Self::shortens). `true` ends the traversal.
     fn hit(&mut self, t_max: &mut f32, t: f32, hit: &impl Whole) -> bool;
 }
 
@@ -69,8 +70,8 @@ fn ties(best: &Hit, hit: &impl Whole) -> bool {
 /// Whether there is any hit: the first ends it.
 impl Query for bool {
     #[inline(always)]
-    fn is_from_end(&self) -> bool {
-        true
+    fn shortens(&self) -> bool {
+        false
     }
 
     #[inline(always)]
@@ -85,8 +86,8 @@ pub(super) struct Every<F>(pub(super) F);
 
 impl<F: FnMut(&Hit) -> bool> Query for Every<F> {
     #[inline(always)]
-    fn is_from_end(&self) -> bool {
-        true
+    fn shortens(&self) -> bool {
+        false
     }
 
     #[inline(always)]

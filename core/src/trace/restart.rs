@@ -53,7 +53,7 @@ pub(super) fn restart<L: Lanes, S: BlockSource>(
                 *collapsed &= !below;
             }
             if *collapsed & below == 0 {
-                let next = stack.next(height, at, *t_max);
+                let next = stack.next(height, at, Some(*t_max));
                 if next != Next::Nowhere {
                     stack.note(at.entry);
                     return Ok(true);

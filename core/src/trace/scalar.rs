@@ -103,7 +103,7 @@ fn visit<T: Copy>(
     turn: Turn,
     order: u32,
     (t_min, t_max): (f32, f32),
-    to: Places<'_>,
+    mut to: Places<'_>,
     entry: impl Fn(usize, u32) -> Option<u32>,
 ) -> Met {
     let planes = |axis: usize| {
@@ -140,8 +140,11 @@ fn visit<T: Copy>(
         let leave = lesser(at(z1, iz, fz), leave);
         if enter <= leave {
             let free = 7 - (met.count & 7) as usize;
-            if let (Some(near), Some(place)) = (to.near.get_mut(free), to.entry.get_mut(free)) {
-                (*near, *place) = (enter, entry);
+            if let Some(near) = to.near.as_mut().and_then(|near| near.get_mut(free)) {
+                *near = enter;
+            }
+            if let Some(place) = to.entry.get_mut(free) {
+                *place = entry;
             }
             met = Met { count: met.count + 1, first: entry };
         }

@@ -83,8 +83,8 @@ impl Entry {
 /// Eight places of a stack, for the children of a node that a ray meets: they stand at the end, the one that is visited first first.
 #[derive(Debug)]
 pub struct Places<'s> {
-    /// Where the ray enters them.
-    pub near: &'s mut [f32; 8],
+    /// Where the ray enters them, if that is asked.
+    pub near: Option<&'s mut [f32; 8]>,
     /// What they are.
     pub entry: &'s mut [u32; 8],
 }
@@ -150,7 +150,7 @@ impl Stack {
         let (from, to) = (height.free, height.at());
         let near = self.near.get_mut(from..to)?.first_chunk_mut()?;
         let entry = self.entry.get_mut(from..to)?.first_chunk_mut()?;
-        Some(Places { near, entry })
+        Some(Places { near: Some(near), entry })
     }
 
     /// Goes to the first of the children that were just put down; the others wait. There is one.
@@ -183,9 +183,9 @@ impl Stack {
         true
     }
 
-    /// Takes the next child that the ray may still reach.
+    /// Takes the next child that the ray may still reach: without its end it reaches all.
     #[inline(always)]
-    pub(super) fn next(&mut self, height: &mut Height, at: &mut Place, t_max: f32) -> Next {
+    pub(super) fn next(&mut self, height: &mut Height, at: &mut Place, t_max: Option<f32>) -> Next {
         let mut next = Next::Here;
         loop {
             if height.free == height.base {
@@ -204,7 +204,7 @@ impl Stack {
             };
             height.free = height.free.wrapping_add(1);
             // Not at equality: the order of hits decides among equals.
-            if near > t_max {
+            if t_max.is_some_and(|t_max| near > t_max) {
                 continue;
             }
             at.entry = Entry(entry);

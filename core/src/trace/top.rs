@@ -30,9 +30,12 @@ pub(super) fn in_top<L: Lanes, S: BlockSource, Q: Query>(
     let leave = 'top: loop {
         while let Some(node) = source.top().node(at.entry.0) {
             // Its children have all bits of an entry for themselves: a level means nothing here.
-            let (false, Some(places)) = (at.too_many(), stack.places(&height)) else {
+            let (false, Some(mut places)) = (at.too_many(), stack.places(&height)) else {
                 break 'top Ok(Leave::Corrupt);
             };
+            if !query.shortens() {
+                places.near = None;
+            }
             let met = lanes.visit_expanded(&frame, node, turn, (run.t_min, t_max), places);
             if met.count == 0 {
                 at.entry = Entry(ExpandedTop::EMPTY);
@@ -56,7 +59,7 @@ pub(super) fn in_top<L: Lanes, S: BlockSource, Q: Query>(
             (at.block, at.entry) = (to.block, Entry::new(to.node, 0));
             break Ok(if left { Leave::Block } else { Leave::Corrupt });
         }
-        match stack.next(&mut height, &mut at, t_max) {
+        match stack.next(&mut height, &mut at, query.shortens().then_some(t_max)) {
             Next::Here => {}
             Next::Elsewhere => break Ok(Leave::Block),
             Next::Nowhere => break Ok(Leave::Exhausted),

@@ -120,7 +120,7 @@ fn walk<const CONTINUED: bool, L: Lanes, S: BlockSource, Q: Query>(
 ) -> Result<(), TraceError<S::Error>> {
     // A source that has all blocks stops nothing, and a trail is never needed.
     let trails = !source.holds_all();
-    let turn = Turn::new(cursor.ray.signs, !CONTINUED && !trails && query.is_from_end());
+    let turn = Turn::new(cursor.ray.signs, !CONTINUED && !trails && !query.shortens());
     // The path of the trail leads on below the place.
     let mut restarts = run.collapsed.unbounded_shr(u32::from(run.at.entry.level())) != 0;
     loop {
@@ -239,7 +239,8 @@ impl<L: Lanes, Q: Query> Part for InBlock<'_, '_, L, Q> {
             } else if is_ref(child) {
                 break if run.follow(view, stack) { Leave::Block } else { Leave::Corrupt };
             }
-            let next = stack.next(&mut run.height, &mut run.at, run.t_max);
+            let t_max = query.shortens().then_some(run.t_max);
+            let next = stack.next(&mut run.height, &mut run.at, t_max);
             if next == Next::Nowhere {
                 break Leave::Exhausted;
             }

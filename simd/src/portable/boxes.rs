@@ -90,7 +90,7 @@ impl Hits {
         &self,
         turn: Turn,
         order: u32,
-        to: Places<'_>,
+        mut to: Places<'_>,
         entry: impl Fn(usize, u32) -> u32,
     ) -> Met {
         let mut met = Met { count: 0, first: 0 };
@@ -104,7 +104,10 @@ impl Hits {
             if slots >> slot & 1 == 1 {
                 let free = 7 - (met.count & 7) as usize;
                 let entry = entry(slot, place);
-                (to.near[free], to.entry[free]) = (self.enter[slot], entry);
+                to.entry[free] = entry;
+                if let Some(near) = &mut to.near {
+                    near[free] = self.enter[slot];
+                }
                 met = Met { count: met.count + 1, first: entry };
             }
         }

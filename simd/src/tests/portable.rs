@@ -62,7 +62,7 @@ fn rows() -> impl Strategy<Value = [Row; 3]> {
 /// What is put down of a node.
 fn put_down(visit: impl FnOnce(Places<'_>) -> Met) -> (Option<u32>, Vec<u32>, Vec<u32>) {
     let (mut near, mut entry) = ([f32::NAN; 8], [0; 8]);
-    let met = visit(Places { near: &mut near, entry: &mut entry });
+    let met = visit(Places { near: Some(&mut near), entry: &mut entry });
     let from = 8 - met.count as usize;
     let near = near[from..].iter().map(|t| t.to_bits()).collect();
     ((met.count > 0).then_some(met.first), near, entry[from..].to_vec())

@@ -244,7 +244,9 @@ impl PutDown for ByTable {
                 let place = || turn.place(order, slot as usize) << 16;
                 let first = first(slot as usize) | tag.map_or(0, |tag| tag | place());
                 let slot = _mm256_castsi128_si256(_mm_cvtsi32_si128(slot as i32));
-                to.near[7] = _mm256_cvtss_f32(_mm256_permutevar8x32_ps(hits.enter, slot));
+                if let Some(near) = to.near {
+                    near[7] = _mm256_cvtss_f32(_mm256_permutevar8x32_ps(hits.enter, slot));
+                }
                 to.entry[7] = first;
                 return Met { count: 1, first };
             }
@@ -270,8 +272,10 @@ impl PutDown for ByTable {
                 entry =
                     _mm256_or_si256(_mm256_or_si256(entry, tag), _mm256_slli_epi32::<15>(twice));
             }
-            let near = _mm256_permutevar8x32_ps(hits.enter, index);
-            _mm256_storeu_ps(to.near.as_mut_ptr(), near);
+            if let Some(near) = to.near {
+                let enter = _mm256_permutevar8x32_ps(hits.enter, index);
+                _mm256_storeu_ps(near.as_mut_ptr(), enter);
+            }
             _mm256_storeu_si256(to.entry.as_mut_ptr().cast(), entry);
             // Not from there: the next node waits for it.
             let place = mask.trailing_zeros();
@@ -315,7 +319,9 @@ impl PutDown for ByCompression {
             // The next node waits for the first. What waits longer goes by the table: places that begin anywhere would take a mask of their own.
             let first = _mm256_cvtsi256_si32(_mm256_maskz_compress_epi32(mask, child)) as u32;
             let from = index(from(mask.into()));
-            _mm256_storeu_ps(to.near.as_mut_ptr(), _mm256_permutevar8x32_ps(enter, from));
+            if let Some(near) = to.near {
+                _mm256_storeu_ps(near.as_mut_ptr(), _mm256_permutevar8x32_ps(enter, from));
+            }
             let entry = _mm256_permutevar8x32_epi32(child, from);
             _mm256_storeu_si256(to.entry.as_mut_ptr().cast(), entry);
             Met { count: mask.count_ones(), first }

@@ -147,7 +147,7 @@ fn met(
     near: &mut [f32; 8],
 ) -> u32 {
     let (mut enters, mut entries) = ([f32::NAN; 8], [0; 8]);
-    let met = visit(Places { near: &mut enters, entry: &mut entries });
+    let met = visit(Places { near: Some(&mut enters), entry: &mut entries });
     let from = 8 - met.count as usize;
     assert!(met.count == 0 || met.first == entries[from]);
     let mut mask = 0_u32;
