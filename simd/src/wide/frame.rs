@@ -2,6 +2,7 @@
 
 #[allow(clippy::wildcard_imports, reason = "a kernel names a hundred instructions")]
 use core::arch::x86_64::*;
+use core::mem::offset_of;
 
 use kiloray_core::block::format::BlockHeader;
 use kiloray_core::geometry::rounding::{max, min};
@@ -120,8 +121,14 @@ unsafe fn greatest(v: __m128) -> f32 {
 /// The machine has AVX2.
 #[inline(always)]
 pub(super) unsafe fn prepare(ray: &geometry::Ray, to: &mut PreparedRay) -> Option<Ray> {
-    const { assert!(size_of::<geometry::Ray>() == 32) };
-    // SAFETY: by the caller. A ray is eight numbers: origin, direction, `t_min`, `t_max`; each load lies in them.
+    const {
+        assert!(size_of::<geometry::Ray>() == 32);
+        // A prepared ray begins as a ray does; what goes on behind `inv` and `shear` is written after them.
+        assert!(offset_of!(PreparedRay, t_max) == 28 && offset_of!(PreparedRay, inv) == 32);
+        assert!(offset_of!(PreparedRay, shear) == 44 && offset_of!(PreparedRay, axis) == 56);
+        assert!(size_of::<PreparedRay>() == 60);
+    };
+    // SAFETY: by the caller. A ray is eight numbers: origin, direction, `t_min`, `t_max`; each load lies in them. Stores lie in the fifteen of a prepared ray.
     unsafe {
         let numbers = core::ptr::from_ref(ray).cast::<f32>();
         let signs = _mm_set1_ps(-0.0);
@@ -163,15 +170,10 @@ pub(super) unsafe fn prepare(ray: &geometry::Ray, to: &mut PreparedRay) -> Optio
         // As `inv` has them, and sooner.
         let signs = _mm_movemask_ps(direction) as u8 & 7;
         let wide = Ray::new(origin, inv, signs, greatest, along);
-        // Number by number: as a whole it would be put together elsewhere, and copied.
-        to.origin.x = ray.origin.x;
-        to.origin.y = ray.origin.y;
-        to.origin.z = ray.origin.z;
-        to.direction.x = ray.direction.x;
-        to.direction.y = ray.direction.y;
-        to.direction.z = ray.direction.z;
-        [to.inv.x, to.inv.y, to.inv.z] = first_three(inv);
-        to.shear = first_three(shear);
+        let place = core::ptr::from_mut(to).cast::<f32>();
+        _mm256_storeu_ps(place, _mm256_loadu_ps(numbers));
+        _mm_storeu_ps(place.add(8), inv);
+        _mm_storeu_ps(place.add(11), shear);
         (to.axis, to.signs, to.t_min, to.t_max) = (axis, signs, t_min, t_max);
         Some(wide)
     }
