@@ -14,8 +14,7 @@ Time is that of the rendering alone, without start, reading, compiling the scene
 user and system, of all threads. For Mitsuba, whose start is Python's and whose kernels are compiled at run time, and for
 Kiloray it is taken inside the process after a first run; for Radiance the same command on a picture of 2 x 2 pixels is
 subtracted. What takes less than two seconds is run three times, what takes less than 20 ms nine times, and the shortest
-counts. `total_s` is the CPU time of
-the whole process, of Kiloray's command for the same picture.
+counts. `total_s` is the CPU time of the whole process, of Kiloray's command for the same picture.
 """
 import argparse
 import csv

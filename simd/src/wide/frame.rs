@@ -133,7 +133,8 @@ pub(super) unsafe fn prepare(ray: &geometry::Ray, to: &mut PreparedRay) -> Optio
         let numbers = core::ptr::from_ref(ray).cast::<f32>();
         let signs = _mm_set1_ps(-0.0);
         let magnitude = |v: __m128| _mm_andnot_ps(signs, v);
-        let all = _mm256_andnot_ps(_mm256_set1_ps(-0.0), _mm256_loadu_ps(numbers));
+        let whole = _mm256_loadu_ps(numbers);
+        let all = _mm256_andnot_ps(_mm256_set1_ps(-0.0), whole);
         let (finite, any) = (f32::MAX, f32::INFINITY);
         // Not true of a NaN.
         let limits = _mm256_setr_ps(finite, finite, finite, finite, finite, finite, any, any);
@@ -171,7 +172,7 @@ pub(super) unsafe fn prepare(ray: &geometry::Ray, to: &mut PreparedRay) -> Optio
         let signs = _mm_movemask_ps(direction) as u8 & 7;
         let wide = Ray::new(origin, inv, signs, greatest, along);
         let place = core::ptr::from_mut(to).cast::<f32>();
-        _mm256_storeu_ps(place, _mm256_loadu_ps(numbers));
+        _mm256_storeu_ps(place, whole);
         _mm_storeu_ps(place.add(8), inv);
         _mm_storeu_ps(place.add(11), shear);
         (to.axis, to.signs, to.t_min, to.t_max) = (axis, signs, t_min, t_max);

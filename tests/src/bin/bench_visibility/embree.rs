@@ -4,9 +4,8 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use crate::rates::Rates;
-
 use crate::Error;
+use crate::rates::Rates;
 
 /// The built program.
 pub(crate) struct Bench {

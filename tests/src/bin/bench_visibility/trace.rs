@@ -10,10 +10,9 @@ use kiloray_core::trace::{BUNDLE, Batch, Bundle, Cursor, Scalar, Tracer};
 use kiloray_render::Top;
 use kiloray_simd::Auto;
 use kiloray_tests::statistics::median;
-
-use crate::rates::Rates;
 use memmap2::{Advice, Mmap, MmapMut};
 
+use crate::rates::Rates;
 use crate::rays::Sets;
 use crate::{Error, count, embree};
 
