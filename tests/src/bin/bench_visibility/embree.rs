@@ -1,8 +1,9 @@
 //! Embree, by the peers' program.
 
 use std::collections::BTreeMap;
+use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
-use std::process::Command;
+use std::process::{Child, Command, Stdio};
 
 use crate::Error;
 use crate::rates::Rates;
@@ -12,16 +13,26 @@ pub(crate) struct Bench {
     program: PathBuf,
 }
 
-/// Its configurations, and how they are told.
+/// What a way of ours is held against: a configuration, and the width of its packets.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) struct Rival {
+    pub(crate) configuration: &'static str,
+    pub(crate) width: u32,
+}
+
+/// The configurations, and how the program is told.
 const CONFIGURATIONS: [(&str, &[&str]); 3] =
     [("robust", &["robust=1"]), ("default", &[]), ("avx2", &["device=isa=avx2"])];
 
-/// Rates by configuration, kind of ray and width of packets.
+/// Rates by rival and kind of ray.
 #[derive(Default)]
 pub(crate) struct Table {
-    rates: BTreeMap<(String, String, u32), Rates>,
+    rates: BTreeMap<(Rival, String), Rates>,
     hits: BTreeMap<String, u64>,
 }
+
+/// The program while it runs, one run after the other. It is killed with this.
+struct Running(Child);
 
 impl Bench {
     /// Builds the program, unless it is there.
@@ -45,50 +56,93 @@ impl Bench {
     /// Leaves the rays in a file.
     pub(crate) fn write_rays(&self, mesh: &Path, size: u32, file: &Path) -> Result<(), Error> {
         let rays = format!("rays={}", file.display());
-        self.output(mesh, size, &[&rays]).map(|_| ())
+        if self.command(mesh, size, &[&rays]).stdout(Stdio::null()).status()?.success() {
+            Ok(())
+        } else {
+            Err("embree_bench failed".into())
+        }
     }
 
-    /// All configurations once.
-    pub(crate) fn run(&self, mesh: &Path, size: u32, table: &mut Table) -> Result<(), Error> {
-        for (name, options) in CONFIGURATIONS {
-            for line in self.output(mesh, size, options)?.lines().skip(1) {
-                table.add(name, line)?;
+    /// Those configurations once that any of `rivals` has. After each run of one of these the program stands still for `then`: what is compared is measured
+    /// within a second or two, as machines that are shared have good and bad tens of seconds.
+    pub(crate) fn run(
+        &self,
+        mesh: &Path,
+        size: u32,
+        rivals: &[Rival],
+        table: &mut Table,
+        mut then: impl FnMut(Rival, &str) -> Result<(), Error>,
+    ) -> Result<(), Error> {
+        for (configuration, options) in CONFIGURATIONS {
+            if rivals.iter().all(|rival| rival.configuration != configuration) {
+                continue;
+            }
+            let mut running =
+                Running(self.command(mesh, size, options).stdout(Stdio::piped()).spawn()?);
+            let out = running.0.stdout.take().ok_or("embree_bench says nothing")?;
+            for line in BufReader::new(out).lines().skip(1) {
+                let (rival, kind) = table.add(configuration, &line?)?;
+                if rivals.contains(&rival) {
+                    running.signal("-STOP")?;
+                    then(rival, &kind)?;
+                    running.signal("-CONT")?;
+                }
+            }
+            if !running.0.wait()?.success() {
+                return Err("embree_bench failed".into());
             }
         }
         Ok(())
     }
 
-    fn output(&self, mesh: &Path, size: u32, options: &[&str]) -> Result<String, Error> {
-        let size = format!("size={size}");
-        let out = Command::new(&self.program).arg(mesh).arg(size).args(options).output()?;
-        if !out.status.success() {
-            return Err("embree_bench failed".into());
+    fn command(&self, mesh: &Path, size: u32, options: &[&str]) -> Command {
+        let mut command = Command::new(&self.program);
+        command.arg(mesh).arg(format!("size={size}")).args(options);
+        command
+    }
+}
+
+impl Running {
+    fn signal(&self, signal: &str) -> Result<(), Error> {
+        let sent =
+            Command::new("sh").args(["-c", &format!("kill {signal} {}", self.0.id())]).status()?;
+        if sent.success() {
+            Ok(())
+        } else {
+            Err(format!("no kill {signal} of embree_bench").into())
         }
-        Ok(String::from_utf8(out.stdout)?)
+    }
+}
+
+impl Drop for Running {
+    fn drop(&mut self) {
+        // It may have ended.
+        let _ = self.0.kill();
+        let _ = self.0.wait();
     }
 }
 
 impl Table {
-    /// A line as `primary  8c  17.4 Mrays/s (best 17.5)  rays 1048576 hits 705562 sum_t 9.4e+06`.
-    fn add(&mut self, configuration: &str, line: &str) -> Result<(), Error> {
+    /// A line as `primary  8c  17.4 Mrays/s (best 17.5)  rays 1048576 hits 705562 sum_t 9.4e+06`: whose it is, and its kind of ray.
+    fn add(&mut self, configuration: &'static str, line: &str) -> Result<(Rival, String), Error> {
         let words: Vec<&str> = line.split_whitespace().collect();
         let [kind, width, median, _, _, best, ..] = words[..] else {
             return Err("an unknown line".into());
         };
         let width: u32 = width.trim_end_matches('c').parse()?;
-        let key = (configuration.to_string(), kind.to_string(), width);
-        let best = best.trim_end_matches(')');
-        self.rates.entry(key).or_default().add(median.parse()?, best.parse()?);
+        let rival = Rival { configuration, width };
+        let rates = self.rates.entry((rival, kind.to_string())).or_default();
+        rates.add(median.parse()?, best.trim_end_matches(')').parse()?);
         let hits = words.iter().position(|w| *w == "hits").and_then(|i| words.get(i + 1));
         if let (1, "robust", Some(hits)) = (width, configuration, hits) {
             self.hits.insert(kind.to_string(), hits.parse()?);
         }
-        Ok(())
+        Ok((rival, kind.to_string()))
     }
 
-    /// The rates of a configuration, if there are any.
-    pub(crate) fn rates(&self, configuration: &str, kind: &str, width: u32) -> Option<&Rates> {
-        self.rates.get(&(configuration.to_string(), kind.to_string(), width))
+    /// The rates of a rival, if there are any.
+    pub(crate) fn rates(&self, rival: Rival, kind: &str) -> Option<&Rates> {
+        self.rates.get(&(rival, kind.to_string()))
     }
 
     /// How many rays hit, robust.
@@ -97,7 +151,7 @@ impl Table {
     }
 
     pub(crate) fn print(&self) {
-        for ((configuration, kind, width), rates) in &self.rates {
+        for ((Rival { configuration, width }, kind), rates) in &self.rates {
             println!("embree {configuration:8} {kind:8} {width:2}  {rates}");
         }
     }

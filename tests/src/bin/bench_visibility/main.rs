@@ -6,8 +6,9 @@
 //! ```
 //! `DIR` holds `embree_bench.cpp` and `gen_mesh.py`; they are built and run in `--work`
 //! (`target/visibility`). Without `--peers` it traces the rays that an earlier run has left there,
-//! and prints no ratios. In each round either side takes the median of five passes over the same rays, one after the other. Rates are of the CPU time of the
-//! thread, medians over the rounds; beside them stands the best pass of all, which others on a shared machine delayed least.
+//! and prints no ratios. In each round either side takes the median of five passes over the same rays, ours right after theirs, and the ratio is the median
+//! of those of the rounds. Rates are of the CPU time of the thread, medians over the rounds; beside them stands the best pass of all, which others on a shared
+//! machine delayed least.
 
 mod count;
 mod embree;
@@ -19,6 +20,8 @@ mod trace;
 use std::path::PathBuf;
 
 use kiloray_scene::compile::{Options, compile};
+
+use crate::rays::KINDS;
 
 fn main() {
     if let Err(error) = run() {
@@ -94,13 +97,26 @@ fn run() -> Result<(), Error> {
         per_triangle(scene.top.bytes()),
         kiloray_simd::Auto::detect().name(),
     );
-    let mut ours = trace::Table::default();
-    let mut theirs = embree::Table::default();
-    for round in 0..a.rounds {
+    trace::count(&scene, &sets)?;
+    let ways = trace::Way::all(a.only.as_deref());
+    if ways.is_empty() {
+        return Err("--only: single, batch, bundle and 'single, scalar' are ways".into());
+    }
+    let rivals: Vec<_> = ways.iter().map(|way| way.rival).collect();
+    let (mut ours, mut theirs) = (trace::Table::default(), embree::Table::default());
+    for _ in 0..a.rounds {
         if let Some(peer) = &peer {
-            peer.run(&ktri, a.size, &mut theirs)?;
+            peer.run(&ktri, a.size, &rivals, &mut theirs, |rival, kind| {
+                let mut held = ways.iter().filter(|way| way.rival == rival);
+                held.try_for_each(|&way| trace::run(&scene, &sets, kind, way, &mut ours))
+            })?;
+        } else {
+            for &way in &ways {
+                for kind in KINDS {
+                    trace::run(&scene, &sets, kind, way, &mut ours)?;
+                }
+            }
         }
-        trace::run(&scene, &sets, round == 0, a.only.as_deref(), &mut ours)?;
     }
     theirs.print();
     ours.print(&theirs);

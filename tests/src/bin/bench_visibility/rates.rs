@@ -23,9 +23,10 @@ impl Rates {
         median(&self.medians)
     }
 
-    /// The best pass of all: the one that others on the machine delayed least.
-    pub(crate) fn best(&self) -> f64 {
-        self.best
+    /// How many times as quick as what was measured right before, in each round in turn, and by the best pass of either.
+    pub(crate) fn to(&self, others: &Self) -> (Vec<f64>, f64) {
+        let pairs = self.medians.iter().zip(&others.medians);
+        (pairs.map(|(ours, theirs)| ours / theirs).collect(), self.best / others.best)
     }
 }
 

@@ -8,9 +8,17 @@ use kiloray_core::scene::Frame;
 
 use crate::Error;
 
-/// Primary, bounce and shadow rays.
-pub(crate) struct Sets {
-    pub(crate) sets: [(&'static str, Vec<Ray>); 3],
+/// Kinds of rays, as the program calls them.
+pub(crate) const KINDS: [&str; 3] = ["primary", "bounce", "shadow"];
+
+/// Rays of each kind.
+pub(crate) struct Sets([Vec<Ray>; 3]);
+
+impl Sets {
+    /// The kinds, and their rays.
+    pub(crate) fn all(&self) -> impl Iterator<Item = (&'static str, &[Ray])> {
+        KINDS.into_iter().zip(self.0.iter().map(Vec::as_slice))
+    }
 }
 
 /// Reads three lists: a count, then origin, greatest t, direction and pixel of each.
@@ -41,5 +49,5 @@ pub(crate) fn read(path: &Path, frame: &Frame) -> Result<Sets, Error> {
         };
         Ok(take(32 * count)?.chunks_exact(32).map(ray).collect())
     };
-    Ok(Sets { sets: [("primary", list()?), ("bounce", list()?), ("shadow", list()?)] })
+    Ok(Sets([list()?, list()?, list()?]))
 }

@@ -12,8 +12,9 @@ use kiloray_simd::Auto;
 use kiloray_tests::statistics::median;
 use memmap2::{Advice, Mmap, MmapMut};
 
+use crate::embree::Rival;
 use crate::rates::Rates;
-use crate::rays::Sets;
+use crate::rays::{KINDS, Sets};
 use crate::{Error, count, embree};
 
 /// A compiled scene, in memory as a host has it.
@@ -68,52 +69,73 @@ pub(crate) struct Table {
     hits: BTreeMap<(&'static str, &'static str), u64>,
 }
 
-/// The ways, and what each is held against: Embree's configuration, packet width, and the ratio to reach.
-const WAYS: [(&str, &str, u32, [f64; 3]); 4] = [
-    ("single", "robust", 1, [1.0, 1.0, 1.0]),
-    ("batch", "default", 1, [1.2, 1.2, 1.2]),
-    ("bundle", "avx2", 16, [0.7, 0.0, 0.7]),
-    ("single, scalar", "robust", 1, [0.0; 3]),
+/// A way to trace, what it is held against, and the ratios to reach with each kind of ray.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Way {
+    name: &'static str,
+    pub(crate) rival: Rival,
+    goals: [f64; 3],
+}
+
+const WAYS: [Way; 4] = [
+    Way::new("single", "robust", 1, [1.0, 1.0, 1.0]),
+    Way::new("batch", "default", 1, [1.2, 1.2, 1.2]),
+    Way::new("bundle", "avx2", 16, [0.7, 0.0, 0.7]),
+    Way::new("single, scalar", "robust", 1, [0.0; 3]),
 ];
+
+impl Way {
+    const fn new(
+        name: &'static str,
+        configuration: &'static str,
+        width: u32,
+        goals: [f64; 3],
+    ) -> Self {
+        Self { name, rival: Rival { configuration, width }, goals }
+    }
+
+    /// All of them, or the one of this name.
+    pub(crate) fn all(only: Option<&str>) -> Vec<Self> {
+        let named = |way: &Self| only.is_none_or(|only| only == way.name);
+        WAYS.into_iter().filter(named).collect()
+    }
+}
 
 /// Passes over the same rays, one after the other, whose median counts in a round: as in `embree_bench.cpp`.
 const PASSES: usize = 5;
 
-/// All ways in one round.
+/// What rays of each kind visit.
+pub(crate) fn count(scene: &Scene, sets: &Sets) -> Result<(), Error> {
+    let view = scene.view()?;
+    sets.all().try_for_each(|(kind, rays)| count::print(scene.top.over(view), kind, rays))
+}
+
+/// The rays of a kind, in one way.
 pub(crate) fn run(
     scene: &Scene,
     sets: &Sets,
-    first: bool,
-    only: Option<&str>,
+    kind: &str,
+    way: Way,
     table: &mut Table,
 ) -> Result<(), Error> {
+    let Some((kind, rays)) = sets.all().find(|(of, _)| *of == kind) else { return Ok(()) };
     let view = scene.view()?;
     let source = scene.top.over(view);
-    for (kind, rays) in &sets.sets {
-        if first {
-            count::print(source, kind, rays)?;
-        }
-        let any = *kind == "shadow";
-        for (way, ..) in WAYS {
-            if only.is_some_and(|only| only != way) {
-                continue;
-            }
-            let mut rates = [0.0; PASSES];
-            for rate in &mut rates {
-                let begin = ThreadTime::now();
-                let hits = match way {
-                    "single" => single(Auto::detect(), source, rays, any),
-                    "batch" => batch(Auto::detect(), source, rays, any),
-                    "bundle" => bundle(Auto::detect(), source, rays, any),
-                    _ => single(Scalar, source, rays, any),
-                }?;
-                *rate = rays.len() as f64 / begin.elapsed().as_secs_f64() / 1e6;
-                table.hits.insert((way, kind), hits);
-            }
-            let best = rates.iter().copied().fold(0.0, f64::max);
-            table.rates.entry((way, kind)).or_default().add(median(&rates), best);
-        }
+    let any = kind == "shadow";
+    let mut rates = [0.0; PASSES];
+    for rate in &mut rates {
+        let begin = ThreadTime::now();
+        let hits = match way.name {
+            "single" => single(Auto::detect(), source, rays, any),
+            "batch" => batch(Auto::detect(), source, rays, any),
+            "bundle" => bundle(Auto::detect(), source, rays, any),
+            _ => single(Scalar, source, rays, any),
+        }?;
+        *rate = rays.len() as f64 / begin.elapsed().as_secs_f64() / 1e6;
+        table.hits.insert((way.name, kind), hits);
     }
+    let best = rates.iter().copied().fold(0.0, f64::max);
+    table.rates.entry((way.name, kind)).or_default().add(median(&rates), best);
     Ok(())
 }
 
@@ -184,15 +206,20 @@ fn bundle(
 impl Table {
     /// Prints rates, ratios, and whether each is reached.
     pub(crate) fn print(&self, peer: &embree::Table) {
-        for (way, configuration, width, goals) in WAYS {
-            for (kind, goal) in ["primary", "bounce", "shadow"].into_iter().zip(goals) {
-                let Some(rates) = self.rates.get(&(way, kind)) else { continue };
-                let hits = self.hits.get(&(way, kind)).copied().unwrap_or(0);
-                print!("kiloray {way:16} {kind:8} {rates}  hits {hits}");
-                if let Some(theirs) = peer.rates(configuration, kind, width) {
-                    let (ratio, best) =
-                        (rates.median() / theirs.median(), rates.best() / theirs.best());
-                    print!("  {ratio:5.2} x {configuration} {width}, at best {best:.2}");
+        for Way { name, rival, goals } in WAYS {
+            let Rival { configuration, width } = rival;
+            for (kind, goal) in KINDS.into_iter().zip(goals) {
+                let Some(rates) = self.rates.get(&(name, kind)) else { continue };
+                let hits = self.hits.get(&(name, kind)).copied().unwrap_or(0);
+                print!("kiloray {name:16} {kind:8} {rates}  hits {hits}");
+                if let Some(theirs) = peer.rates(rival, kind) {
+                    let (pairs, best) = rates.to(theirs);
+                    let ratio = median(&pairs);
+                    let [least, most] =
+                        [f64::min, f64::max].map(|of| pairs.iter().copied().fold(ratio, of));
+                    print!(
+                        "  {ratio:5.2} x {configuration} {width}, rounds {least:.2} to {most:.2}, at best {best:.2}"
+                    );
                     if goal > 0.0 {
                         let verdict = if ratio >= goal { "reached" } else { "not reached" };
                         print!(" (to reach {goal}: {verdict})");
