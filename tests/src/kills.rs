@@ -1,7 +1,6 @@
 //! Meshes of processes whose nodes are killed or frozen at random: each gives the bits of one machine, and leaves no process behind.
 
 use std::path::Path;
-use std::process::Command;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
@@ -18,6 +17,7 @@ use kiloray_scene::kilo::KiloFile;
 use kiloray_scene::{builtin, compile};
 
 use crate::reference::one_thread;
+use crate::signals::send;
 
 /// A run in which something went wrong.
 pub type Failure = String;
@@ -138,9 +138,7 @@ fn run(
                 }
                 // Its number may belong to another by now: it must be one of ours.
                 if is_ours(victim, marker) {
-                    let _ = Command::new("sh")
-                        .args(["-c", &format!("kill {signal} {victim}")])
-                        .status();
+                    let _ = send(signal, victim);
                 }
             }
             while !is_over.load(Ordering::Relaxed) {

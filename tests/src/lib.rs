@@ -7,5 +7,6 @@ pub mod oracle;
 pub mod pool;
 pub mod reference;
 pub mod same_bits;
+pub mod signals;
 pub mod statistics;
 pub mod stress;

@@ -5,8 +5,11 @@ use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 
+use kiloray_tests::signals::send;
+
 use crate::Error;
 use crate::rates::Rates;
+use crate::rays::KINDS;
 
 /// The built program.
 pub(crate) struct Bench {
@@ -27,8 +30,8 @@ const CONFIGURATIONS: [(&str, &[&str]); 3] =
 /// Rates by rival and kind of ray.
 #[derive(Default)]
 pub(crate) struct Table {
-    rates: BTreeMap<(Rival, String), Rates>,
-    hits: BTreeMap<String, u64>,
+    rates: BTreeMap<(Rival, &'static str), Rates>,
+    hits: BTreeMap<&'static str, u64>,
 }
 
 /// The program while it runs, one run after the other. It is killed with this.
@@ -71,7 +74,7 @@ impl Bench {
         size: u32,
         rivals: &[Rival],
         table: &mut Table,
-        mut then: impl FnMut(Rival, &str) -> Result<(), Error>,
+        mut then: impl FnMut(Rival, &'static str) -> Result<(), Error>,
     ) -> Result<(), Error> {
         for (configuration, options) in CONFIGURATIONS {
             if rivals.iter().all(|rival| rival.configuration != configuration) {
@@ -83,9 +86,9 @@ impl Bench {
             for line in BufReader::new(out).lines().skip(1) {
                 let (rival, kind) = table.add(configuration, &line?)?;
                 if rivals.contains(&rival) {
-                    running.signal("-STOP")?;
-                    then(rival, &kind)?;
-                    running.signal("-CONT")?;
+                    send("-STOP", running.0.id())?;
+                    then(rival, kind)?;
+                    send("-CONT", running.0.id())?;
                 }
             }
             if !running.0.wait()?.success() {
@@ -102,18 +105,6 @@ impl Bench {
     }
 }
 
-impl Running {
-    fn signal(&self, signal: &str) -> Result<(), Error> {
-        let sent =
-            Command::new("sh").args(["-c", &format!("kill {signal} {}", self.0.id())]).status()?;
-        if sent.success() {
-            Ok(())
-        } else {
-            Err(format!("no kill {signal} of embree_bench").into())
-        }
-    }
-}
-
 impl Drop for Running {
     fn drop(&mut self) {
         // It may have ended.
@@ -124,25 +115,30 @@ impl Drop for Running {
 
 impl Table {
     /// A line as `primary  8c  17.4 Mrays/s (best 17.5)  rays 1048576 hits 705562 sum_t 9.4e+06`: whose it is, and its kind of ray.
-    fn add(&mut self, configuration: &'static str, line: &str) -> Result<(Rival, String), Error> {
+    fn add(
+        &mut self,
+        configuration: &'static str,
+        line: &str,
+    ) -> Result<(Rival, &'static str), Error> {
         let words: Vec<&str> = line.split_whitespace().collect();
         let [kind, width, median, _, _, best, ..] = words[..] else {
             return Err("an unknown line".into());
         };
+        let kind = KINDS.into_iter().find(|of| *of == kind).ok_or("an unknown kind of ray")?;
         let width: u32 = width.trim_end_matches('c').parse()?;
         let rival = Rival { configuration, width };
-        let rates = self.rates.entry((rival, kind.to_string())).or_default();
+        let rates = self.rates.entry((rival, kind)).or_default();
         rates.add(median.parse()?, best.trim_end_matches(')').parse()?);
         let hits = words.iter().position(|w| *w == "hits").and_then(|i| words.get(i + 1));
         if let (1, "robust", Some(hits)) = (width, configuration, hits) {
-            self.hits.insert(kind.to_string(), hits.parse()?);
+            self.hits.insert(kind, hits.parse()?);
         }
-        Ok((rival, kind.to_string()))
+        Ok((rival, kind))
     }
 
     /// The rates of a rival, if there are any.
-    pub(crate) fn rates(&self, rival: Rival, kind: &str) -> Option<&Rates> {
-        self.rates.get(&(rival, kind.to_string()))
+    pub(crate) fn rates(&self, rival: Rival, kind: &'static str) -> Option<&Rates> {
+        self.rates.get(&(rival, kind))
     }
 
     /// How many rays hit, robust.

@@ -74,6 +74,10 @@ fn arguments() -> Result<Arguments, Error> {
 
 fn run() -> Result<(), Error> {
     let a = arguments()?;
+    let ways = trace::Way::all(a.only.as_deref());
+    if ways.is_empty() {
+        return Err("--only: single, batch, bundle and 'single, scalar' are ways".into());
+    }
     std::fs::create_dir_all(&a.work)?;
     let ktri = mesh::prepare(a.mesh.as_deref(), a.peers.as_deref(), &a.work)?;
     let file = ktri.with_extension("rays");
@@ -98,10 +102,6 @@ fn run() -> Result<(), Error> {
         kiloray_simd::Auto::detect().name(),
     );
     trace::count(&scene, &sets)?;
-    let ways = trace::Way::all(a.only.as_deref());
-    if ways.is_empty() {
-        return Err("--only: single, batch, bundle and 'single, scalar' are ways".into());
-    }
     let rivals: Vec<_> = ways.iter().map(|way| way.rival).collect();
     let (mut ours, mut theirs) = (trace::Table::default(), embree::Table::default());
     for _ in 0..a.rounds {

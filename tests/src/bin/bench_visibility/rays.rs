@@ -19,6 +19,11 @@ impl Sets {
     pub(crate) fn all(&self) -> impl Iterator<Item = (&'static str, &[Ray])> {
         KINDS.into_iter().zip(self.0.iter().map(Vec::as_slice))
     }
+
+    /// Those of a kind.
+    pub(crate) fn of(&self, kind: &str) -> &[Ray] {
+        self.all().find(|(of, _)| *of == kind).map_or(&[], |(_, rays)| rays)
+    }
 }
 
 /// Reads three lists: a count, then origin, greatest t, direction and pixel of each.

@@ -114,11 +114,11 @@ pub(crate) fn count(scene: &Scene, sets: &Sets) -> Result<(), Error> {
 pub(crate) fn run(
     scene: &Scene,
     sets: &Sets,
-    kind: &str,
+    kind: &'static str,
     way: Way,
     table: &mut Table,
 ) -> Result<(), Error> {
-    let Some((kind, rays)) = sets.all().find(|(of, _)| *of == kind) else { return Ok(()) };
+    let rays = sets.of(kind);
     let view = scene.view()?;
     let source = scene.top.over(view);
     let any = kind == "shadow";
