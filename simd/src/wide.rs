@@ -94,6 +94,12 @@ impl<P: PutDown> Lanes for Wide<P> {
         unsafe { Frame::new(ray, header) }
     }
 
+    // A call keeps no wide register.
+    #[inline(always)]
+    fn renew(self, frame: &mut Frame, ray: &PreparedRay, header: &BlockHeader) {
+        *frame = self.frame(&self.ray(ray), header);
+    }
+
     #[inline(always)]
     fn visit(
         self,

@@ -47,6 +47,10 @@ pub trait Lanes: Copy {
     /// The ray in the frame of the block with this header: [`BoxFrame::new`](super::BoxFrame::new), but for the last bits.
     fn frame(self, ray: &Self::Ray, header: &BlockHeader) -> Self::Frame;
 
+    /// Makes a frame anew after a call, where that takes less than to save it each time that there might be one.
+    #[inline(always)]
+    fn renew(self, _: &mut Self::Frame, _: &PreparedRay, _: &BlockHeader) {}
+
     /// Puts down the children that the ray meets between the two of `span`, in the order of its turn, at the end of the eight places: where it
     /// enters each, and its bits, its place in the order from bit 16 on, and `tag`.
     ///

@@ -12,7 +12,8 @@ use crate::geometry::{Hit, PreparedRay, Primitive};
 
 /// Tests the records of a leaf. `true`: the query ends the traversal.
 ///
-/// `t_max` is the ray's, which is kept apart from it to stay in a register.
+/// `t_max` is the ray's, which is kept apart from it to stay in a register. After calls, which are rare, `renew` makes anew what the traversal has in
+/// registers: what is kept over a call is saved before each leaf.
 #[inline(always)]
 #[expect(clippy::too_many_arguments, reason = "inlined into the traversal, whose state it is")]
 pub(super) fn leaf<L: Lanes, Q: Query>(
@@ -24,6 +25,7 @@ pub(super) fn leaf<L: Lanes, Q: Query>(
     ray: &mut PreparedRay,
     t_max: &mut f32,
     query: &mut Q,
+    mut renew: impl FnMut(&PreparedRay),
 ) -> bool {
     let vertices = view.vertex_numbers();
     for record in records {
@@ -34,6 +36,7 @@ pub(super) fn leaf<L: Lanes, Q: Query>(
             if done {
                 return true;
             }
+            renew(ray);
             continue;
         }
         let Verdict { mut accepted, doubtful } =
@@ -54,12 +57,14 @@ pub(super) fn leaf<L: Lanes, Q: Query>(
         if done {
             return true;
         }
+        renew(ray);
     }
     false
 }
 
 /// Tests the triangles in these places by the definition.
-#[inline(always)]
+#[cfg_attr(feature = "bundles", inline(always))]
+#[cfg_attr(not(feature = "bundles"), inline(never))]
 pub(super) fn triangles<Q: Query>(
     view: &BlockView<'_>,
     record: &Record,

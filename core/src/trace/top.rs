@@ -24,7 +24,7 @@ pub(super) fn in_top<L: Lanes, S: BlockSource, Q: Query>(
     query: &mut Q,
 ) -> Result<Leave, TraceError<S::Error>> {
     let Cursor { ray, stack, visited, crossings, .. } = cursor;
-    let frame = lanes.frame(prepared, &ExpandedTop::FRAME);
+    let mut frame = lanes.frame(prepared, &ExpandedTop::FRAME);
     // Apart from the run, which others know of: so they stay in registers.
     let (mut at, mut height, mut t_max) = (run.at, run.height, run.t_max);
     let leave = 'top: loop {
@@ -51,7 +51,8 @@ pub(super) fn in_top<L: Lanes, S: BlockSource, Q: Query>(
             visited.blocks = visited.blocks.wrapping_add(1);
             at.tests();
             let records = view.records_from(at_record, count);
-            if leaf(lanes, &view, records, prepared, crossings, ray, &mut t_max, query) {
+            let renew = |ray: &_| lanes.renew(&mut frame, ray, &ExpandedTop::FRAME);
+            if leaf(lanes, &view, records, prepared, crossings, ray, &mut t_max, query, renew) {
                 break Ok(Leave::Done);
             }
         } else if let Some(to) = source.top().reference(at.entry.0) {

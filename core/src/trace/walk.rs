@@ -233,7 +233,17 @@ impl<L: Lanes, Q: Query> Part for InBlock<'_, '_, L, Q> {
                 run.at.tests();
                 let (first, count) = records(child);
                 let records = view.leaf(first, count);
-                if leaf(lanes, view, records, prepared, crossings, ray, &mut run.t_max, query) {
+                if leaf(
+                    lanes,
+                    view,
+                    records,
+                    prepared,
+                    crossings,
+                    ray,
+                    &mut run.t_max,
+                    query,
+                    |_| {},
+                ) {
                     break Leave::Done;
                 }
             } else if is_ref(child) {
