@@ -145,7 +145,9 @@ impl<
                     };
                     let (near, far) = sides((&node.lo, &node.hi), signs);
                     if COHERENT {
-                        level.planes = [near.map(|row| *row), far.map(|row| *row)];
+                        // Row by row, or they take the way over the stack.
+                        let rows = level.planes.as_flattened_mut().iter_mut();
+                        rows.zip(near.iter().chain(&far)).for_each(|(to, from)| *to = **from);
                     }
                     level.child = node.child;
                     level.order = turn.of_node(&node.order);
