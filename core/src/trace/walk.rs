@@ -233,6 +233,7 @@ impl<L: Lanes, Q: Query> Part for InBlock<'_, '_, L, Q> {
                 run.at.tests();
                 let (first, count) = records(child);
                 let records = view.leaf(first, count);
+                // The frame, made only where a node is met, is not saved for calls here.
                 if leaf(
                     lanes,
                     view,
