@@ -19,6 +19,12 @@ const NEAR: u16 = 8;
 const HASTE: u8 = 6;
 
 impl<W: World> Node<'_, W> {
+    /// A ray waits for a block.
+    pub(super) fn await_block(&mut self, block: u32, now: Time) {
+        self.blocks.cache.note_miss();
+        self.want(block, now);
+    }
+
     /// Sees to it that a block comes: reserves its frame, and asks for it. A request joins one that is under way.
     ///
     /// The frame is taken before the request leaves, and kept until the block was used once (rule 11); where none can be had

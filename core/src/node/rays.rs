@@ -158,7 +158,7 @@ impl<W: World> Node<'_, W> {
                 self.put(number, *slot);
                 if !goes {
                     self.blocked = self.blocked.saturating_add(1);
-                    self.want(block, now);
+                    self.await_block(block, now);
                 } else if !self.send(number, *slot, now) {
                     self.enqueue(number);
                 }

@@ -239,7 +239,7 @@ impl<W: World> Node<'_, W> {
                 put(self.shadows, place, *shadow);
                 put(self.onward, place, onward);
                 put(self.awaited, place, onward.trail.block());
-                self.want(block, now);
+                self.await_block(block, now);
             }
             Traced::Corrupt(block) => {
                 self.lost = Some(block);

@@ -70,7 +70,7 @@ impl core::error::Error for CacheFull {}
 pub struct CacheCounts {
     /// Times a block was asked for and in a frame. (A node does not ask for the blocks that it owns.)
     pub hits: u64,
-    /// Times a block was asked for and in no frame.
+    /// Times a block was waited for as it was in no frame.
     pub misses: u64,
     /// Blocks that left for another.
     pub evictions: u64,
@@ -116,7 +116,7 @@ impl<'a> BlockCache<'a> {
         }
     }
 
-    /// The bytes of a block that is here: a hit, and its frame becomes the newest. Otherwise a miss.
+    /// The bytes of a block that is here: a hit, and its frame becomes the newest. Whether it is a [miss](Self::note_miss) if it is not here, the caller knows.
     #[inline]
     pub fn get(&mut self, block: u32) -> Option<&[u8]> {
         let found = self.find(block)?;
@@ -127,12 +127,16 @@ impl<'a> BlockCache<'a> {
     #[inline]
     pub(super) fn find(&mut self, block: u32) -> Option<FrameId> {
         let found = self.first_use(block);
-        let count = if found.is_some() { &mut self.counts.hits } else { &mut self.counts.misses };
-        *count = count.saturating_add(1);
+        self.counts.hits = self.counts.hits.saturating_add(found.is_some().into());
         found
     }
 
-    /// As [`find`](Self::find), but neither hit nor miss: the miss that made the block come has been counted.
+    /// A block is waited for.
+    pub fn note_miss(&mut self) {
+        self.counts.misses = self.counts.misses.saturating_add(1);
+    }
+
+    /// As [`find`](Self::find), but no hit: the miss that made the block come has been counted.
     pub(super) fn first_use(&mut self, block: u32) -> Option<FrameId> {
         self.table.used(block)
     }

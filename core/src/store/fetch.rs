@@ -127,6 +127,7 @@ impl<M: Medium> BlockSource for FetchedBlocks<'_, M> {
         let frame = match self.cache.find(block) {
             Some(frame) => Some(frame),
             None => {
+                self.cache.note_miss();
                 self.fetch(block)?;
                 self.cache.first_use(block)
             }

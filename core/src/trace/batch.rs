@@ -60,4 +60,8 @@ impl<E> Stops<E> for Whole {
     }
 
     fn stop(&mut self, _: u16, _: Trail) {}
+
+    fn has_stopped(&self, _: u16) -> bool {
+        false
+    }
 }

@@ -67,6 +67,10 @@ impl<E> Stops<E> for Waiting<'_, E> {
             self.stopped.rays |= 1 << ray;
         }
     }
+
+    fn has_stopped(&self, ray: u16) -> bool {
+        self.stopped.rays.unbounded_shr(ray.into()) & 1 != 0
+    }
 }
 
 impl Default for Bundle {
@@ -136,6 +140,12 @@ impl Search for Together {
         stopped.rays = 0;
         let mut waiting = Waiting { stopped, lacks: None };
         stream.trace(lanes, single, source, &mut waiting, rays, queries)?;
-        waiting.lacks.map_or(Ok(()), |error| Err(TraceError::Source(error)))
+        let Waiting { stopped, lacks } = waiting;
+        if stopped.rays != 0 {
+            // They have been hit beyond the block that they lacked.
+            let answered = queries.iter().map(|query| query.answered() == Some(true));
+            stopped.rays &= !answered.zip(0..).fold(0, |all, (is, at)| all | u64::from(is) << at);
+        }
+        lacks.map_or(Ok(()), |error| Err(TraceError::Source(error)))
     }
 }

@@ -25,8 +25,11 @@ pub(super) trait Stops<E> {
     /// A block is lacking. Its rays [stop](Self::stop), or the search ends with an error.
     fn lacks(&mut self, error: E) -> Result<(), E>;
 
-    /// Stops a ray.
+    /// Stops a ray, which has not stopped before.
     fn stop(&mut self, ray: u16, trail: Trail);
+
+    /// Whether a ray has stopped.
+    fn has_stopped(&self, ray: u16) -> bool;
 }
 
 /// What a stream is traced with.
@@ -117,6 +120,8 @@ impl<
         let from_end =
             flow.source.holds_all() && flow.queries.first().is_some_and(|query| !query.shortens());
         let turn = Turn::new(signs, from_end);
+        let goes_past = !flow.source.holds_all()
+            && flow.queries.first().is_some_and(|query| query.answered().is_some());
         let Stream { rays, levels, crossings, quad, used, visited, .. } = stream;
         let Rays { groups, .. } = rays;
         let beam_of = groups.get(first..*used).unwrap_or_default();
@@ -168,6 +173,7 @@ impl<
                                 rays,
                                 block,
                                 child as u16,
+                                goes_past,
                             );
                             break 'node;
                         }
@@ -317,7 +323,7 @@ fn children(node: &Node) -> [u32; 8] {
     node.child.map(|bits| if bits == Child::EMPTY { ExpandedTop::EMPTY } else { bits.into() })
 }
 
-/// Stops the rays of a level at a child.
+/// Stops the rays of a level at a child, those that have not stopped before. If each `goes_past` it, they stay in the stream.
 #[cold]
 #[inline(never)]
 #[expect(clippy::too_many_arguments, reason = "the state of the traversal that stops")]
@@ -330,6 +336,7 @@ fn stop<const COHERENT: bool, L: Lanes, P: Stops<E>, E, const GROUPS: usize>(
     rays: &mut Rays<GROUPS>,
     block: u32,
     child: u16,
+    goes_past: bool,
 ) {
     let path = levels.get(..=depth).and_then(<[Level<GROUPS>]>::split_last);
     let Some((level, above)) = path else { return };
@@ -341,6 +348,12 @@ fn stop<const COHERENT: bool, L: Lanes, P: Stops<E>, E, const GROUPS: usize>(
         while asked != 0 {
             let lane = asked.trailing_zeros() as usize & (GROUP - 1);
             asked &= asked - 1;
+            let (Some(t_max), Some(&ray)) = (group.t_max.get(lane), index.get(lane)) else {
+                continue;
+            };
+            if *t_max == f32::NEG_INFINITY || stops.has_stopped(ray) {
+                continue;
+            }
             let is_left = |level: &Level<GROUPS>| {
                 if COHERENT {
                     level.slots(turn).any(|slot| {
@@ -354,13 +367,10 @@ fn stop<const COHERENT: bool, L: Lanes, P: Stops<E>, E, const GROUPS: usize>(
             let left = above.iter().zip(0_u32..).fold(0, |left, (level, depth)| {
                 left | u32::from(is_left(level)).unbounded_shl(depth)
             });
-            let (Some(t_max), Some(&ray)) = (group.t_max.get_mut(lane), index.get(lane)) else {
-                continue;
-            };
-            if *t_max != f32::NEG_INFINITY {
+            let taken = above.iter().map(|level| level.place);
+            stops.stop(ray, Trail::new(&at, taken, left));
+            if let Some(t_max) = group.t_max.get_mut(lane).filter(|_| !goes_past) {
                 *t_max = f32::NEG_INFINITY;
-                let taken = above.iter().map(|level| level.place);
-                stops.stop(ray, Trail::new(&at, taken, left));
             }
         }
     };

@@ -16,6 +16,13 @@ pub trait Query {
         true
     }
 
+    /// Where any one hit is the answer: whether there has been one. Together with others, a ray that lacks a block then goes past it, and waits for it only
+    /// if nothing beyond is in its way. `None`: each hit counts.
+    #[inline(always)]
+    fn answered(&self) -> Option<bool> {
+        None
+    }
+
     /// Takes a hit at `t`, which the ray accepts, and may make the ray shorter if it [does so](Self::shortens). `true` ends the traversal.
     fn hit(&mut self, t_max: &mut f32, t: f32, hit: &impl Whole) -> bool;
 }
@@ -72,6 +79,11 @@ impl Query for bool {
     #[inline(always)]
     fn shortens(&self) -> bool {
         false
+    }
+
+    #[inline(always)]
+    fn answered(&self) -> Option<bool> {
+        Some(*self)
     }
 
     #[inline(always)]

@@ -260,7 +260,7 @@ pub trait Tracer: Copy {
     /// Whether each of many coherent rays hits anything, as [`Tracer::closest_bundle`].
     ///
     /// # Errors
-    /// As [`Tracer::closest_bundle`].
+    /// As [`Tracer::closest_bundle`]; but rays go past missing blocks together, and those that hit something beyond have not stopped.
     #[inline]
     fn any_bundle<S: BlockSource>(
         self,

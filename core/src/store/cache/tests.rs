@@ -52,8 +52,6 @@ impl Model {
                 self.order.push(block);
             }
             self.change(block, |s| s.unused = false);
-        } else {
-            self.counts.misses += 1;
         }
         here
     }
@@ -146,6 +144,7 @@ fn a_thousand_frames_are_found_again_after_a_million_changes() {
         random = random.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
         let block = (random >> 33) as u32 % 3000;
         if cache.get(block).is_none() {
+            cache.note_miss();
             cache.reserve(block, Claim::Demand).unwrap();
             cache.incoming(block).unwrap()[..4].copy_from_slice(&block.to_le_bytes());
             assert!(cache.arrived(block));
