@@ -20,7 +20,8 @@ pub(crate) fn sort_by_key<T: Copy>(items: &mut [T], key: impl Fn(&T) -> u32) {
     }
 }
 
-/// The same of items that are large: their keys and places are sorted in `room`, which has a number for each, and each item moves once.
+/// The same of items that are large: their keys and places are sorted in `room`, which has a number for each, and each item moves once. Where keys differ in
+/// few bits, those of one key stay in their order.
 ///
 /// Where keys and places take more than 32 bits, keys that differ in the lowest of theirs alone count as equal.
 #[cfg(feature = "bundles")]
@@ -41,12 +42,55 @@ pub(crate) fn sort_large_by_key<T: Copy>(
     }
     let of_key = u32::BITS.saturating_sub(differ.leading_zeros());
     let of_place = usize::BITS.saturating_sub(items.len().saturating_sub(1).leading_zeros());
+    if of_key <= COUNTED && of_key.saturating_add(of_place) <= u32::BITS {
+        count_places(tags, of_key);
+        arrange(items, tags, u32::MAX);
+        return;
+    }
     let left_out = of_key.saturating_add(of_place).saturating_sub(u32::BITS);
     for (tag, place) in tags.iter_mut().zip(0..) {
         *tag = tag.unbounded_shr(left_out).unbounded_shl(of_place) | place;
     }
     let places = !u32::MAX.unbounded_shl(of_place);
     sort_by_key(tags, |tag| tag & !places);
+    arrange(items, tags, places);
+}
+
+/// Keys that differ in so many of their lowest bits at most are counted: those of 256 lights, by signs.
+#[cfg(feature = "bundles")]
+const COUNTED: u32 = 11;
+
+/// Makes of keys that differ in their lowest `bits` alone the places of the items in their order.
+#[cfg(feature = "bundles")]
+fn count_places(tags: &mut [u32], bits: u32) {
+    let mut begins = [0_u32; 1 << COUNTED];
+    let begins = begins.get_mut(..1 << bits).unwrap_or_default();
+    let keys = !u32::MAX.unbounded_shl(bits);
+    for tag in &mut *tags {
+        *tag &= keys;
+        if let Some(count) = begins.get_mut(*tag as usize) {
+            *count = count.wrapping_add(1);
+        }
+    }
+    let mut before = 0_u32;
+    for begin in &mut *begins {
+        before = before.wrapping_add(core::mem::replace(begin, before));
+    }
+    for place in 0..tags.len() {
+        let Some(key) = tags.get(place).map(|tag| (tag & keys) as usize) else { break };
+        let Some(begin) = begins.get_mut(key) else { break };
+        // Above the key of the item that lies there, the place of the one that belongs there.
+        if let Some(tag) = tags.get_mut(*begin as usize) {
+            *tag |= (place as u32).unbounded_shl(bits);
+        }
+        *begin = begin.wrapping_add(1);
+    }
+    tags.iter_mut().for_each(|tag| *tag = tag.unbounded_shr(bits));
+}
+
+/// Moves each item to its place. The lowest bits of `tags` say which item belongs there.
+#[cfg(feature = "bundles")]
+fn arrange<T: Copy>(items: &mut [T], tags: &mut [u32], places: u32) {
     for begin in 0..items.len() {
         let mut from = tags.get(begin).map_or(begin, |tag| (tag & places) as usize);
         let Some(&one) = items.get(begin).filter(|_| from != begin) else { continue };
@@ -109,6 +153,24 @@ mod tests {
                     prop_assert_eq!(&items, &expected);
                     items.reverse();
                 }
+            }
+        }
+    }
+
+    #[cfg(feature = "bundles")]
+    proptest! {
+        #[test]
+        fn of_few_keys_items_keep_their_order(
+            keys in proptest::collection::vec(0_u32..1 << COUNTED, 0..300), few in 1_u32..9, turned: bool,
+        ) {
+            for limit in [1 << COUNTED, few] {
+                let high = if turned { u32::MAX } else { 0 };
+                let key = |&(key, _): &(u32, usize)| (key % limit) ^ high;
+                let mut items: Vec<_> = keys.iter().copied().zip(0..).collect();
+                let mut expected = items.clone();
+                expected.sort_by_key(key);
+                sort_large_by_key(&mut items, &mut vec![7; keys.len()], key);
+                prop_assert_eq!(&items, &expected);
             }
         }
     }
