@@ -52,6 +52,8 @@ impl Model {
                 self.order.push(block);
             }
             self.change(block, |s| s.unused = false);
+        } else {
+            self.counts.misses += 1;
         }
         here
     }
@@ -114,6 +116,9 @@ proptest! {
                     let bytes = cache.get(block);
                     prop_assert_eq!(bytes.is_some(), here);
                     prop_assert!(bytes.is_none_or(|b| b == [block as u8; BLOCK]), "bytes of another block");
+                    if !here {
+                        cache.note_miss();
+                    }
                 }
                 _ => {
                     cache.discard(block);
