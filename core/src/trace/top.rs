@@ -28,6 +28,7 @@ pub(super) fn in_top<L: Lanes, S: BlockSource, Q: Query>(
     // Apart from the run, which others know of: so they stay in registers.
     let (mut at, mut height, mut t_max) = (run.at, run.height, run.t_max);
     let leave = 'top: loop {
+        // Children that waited are gone on with in here: the frame stays in registers from one to the next.
         while let Some(node) = source.top().node(at.entry.0) {
             // Its children have all bits of an entry for themselves: a level means nothing here.
             let (false, Some(mut places)) = (at.too_many(), stack.places(&height)) else {
@@ -37,11 +38,15 @@ pub(super) fn in_top<L: Lanes, S: BlockSource, Q: Query>(
                 places.near = None;
             }
             let met = lanes.visit_expanded(&frame, node, turn, (run.t_min, t_max), places);
-            if met.count == 0 {
-                at.entry = Entry(ExpandedTop::EMPTY);
-                break;
+            if met.count != 0 {
+                stack.descend(&mut height, &mut at, met);
+                continue;
             }
-            stack.descend(&mut height, &mut at, met);
+            match stack.next(&mut height, &mut at, query.shortens().then_some(t_max)) {
+                Next::Here => {}
+                Next::Elsewhere => break 'top Ok(Leave::Block),
+                Next::Nowhere => break 'top Ok(Leave::Exhausted),
+            }
         }
         if let Some((block, at_record, count)) = ExpandedTop::leaf(at.entry.0) {
             let view = match source.block(block) {

@@ -152,7 +152,8 @@ fn walk<const CONTINUED: bool, L: Lanes, S: BlockSource, Q: Query>(
             ray,
             query: &mut *query,
         };
-        let (leave, left) = lanes.apart(within);
+        // Beside a top, where few rays come this far, a call would cost all of them registers; where there is none this is all that they do.
+        let (leave, left) = if trails { lanes.apart(within) } else { within.run() };
         *run = left;
         match leave {
             Leave::Block => {}

@@ -7,6 +7,7 @@ use kiloray_core::block::ExpandedNode;
 use kiloray_core::block::format::Node;
 
 use super::frame::{Frame, Sides};
+use super::in_place;
 
 /// Where a ray enters and leaves eight boxes, by slot: it meets those that it enters no later than it leaves them.
 #[derive(Debug, Clone, Copy)]
@@ -54,19 +55,6 @@ pub(super) unsafe fn expanded(frame: &Frame, node: &ExpandedNode, span: (f32, f3
     }
 }
 
-/// The same frame, of which the compiler does not know that. It would spread its numbers over nine registers on the way into a block
-/// where two nodes are visited, and keep them in memory for want of registers: a load that spreads a number costs no more than any other.
-#[inline(always)]
-fn in_place(frame: &Frame) -> &Frame {
-    let mut place = core::ptr::from_ref(frame);
-    // SAFETY: it does nothing.
-    unsafe {
-        core::arch::asm!("/* {0} */", inout(reg) place, options(nostack, preserves_flags, readonly));
-    }
-    // SAFETY: the reference that came in.
-    unsafe { &*place }
-}
-
 /// Of bounds in the order in which the ray meets them, by axis.
 ///
 /// # Safety
@@ -90,37 +78,9 @@ unsafe fn hits(
         let y1 = _mm256_fmadd_ps(y1, iy, _mm256_broadcast_ss(&frame.far[1]));
         let z1 = _mm256_fmadd_ps(z1, iz, _mm256_broadcast_ss(&frame.far[2]));
         let (t_min, t_max) = (_mm256_set1_ps(t_min), _mm256_set1_ps(t_max));
-        // `t_min` is not negative, so `enter` is right. A box that is left at a negative `t` is not met, or needlessly where -0 stands for it.
         Hits {
-            enter: greater(greater(x0, y0), greater(z0, t_min)),
-            leave: lesser(lesser(x1, y1), lesser(z1, t_max)),
+            enter: _mm256_max_ps(_mm256_max_ps(x0, y0), _mm256_max_ps(z0, t_min)),
+            leave: _mm256_min_ps(_mm256_min_ps(x1, y1), _mm256_min_ps(z1, t_max)),
         }
-    }
-}
-
-/// The greater of each two, as whole numbers: in one cycle, where floats take four. Their order is that of numbers that are not negative; any other is
-/// less than these. So the greatest of several is right if one of them is not negative.
-///
-/// # Safety
-/// The machine has AVX2.
-#[inline(always)]
-pub(super) unsafe fn greater(a: __m256, b: __m256) -> __m256 {
-    // SAFETY: by the caller.
-    unsafe {
-        let whole = |x: __m256| _mm256_castps_si256(x);
-        _mm256_castsi256_ps(_mm256_max_epi32(whole(a), whole(b)))
-    }
-}
-
-/// The lesser of each two, as above. The least of several is right if none is negative, or else is one of those that are, perhaps -0.
-///
-/// # Safety
-/// The machine has AVX2.
-#[inline(always)]
-pub(super) unsafe fn lesser(a: __m256, b: __m256) -> __m256 {
-    // SAFETY: by the caller.
-    unsafe {
-        let whole = |x: __m256| _mm256_castps_si256(x);
-        _mm256_castsi256_ps(_mm256_min_epi32(whole(a), whole(b)))
     }
 }

@@ -8,6 +8,8 @@ use kiloray_core::block::format::Record;
 use kiloray_core::geometry::{DET_MAX, DET_MIN, DET_PART, PreparedRay};
 use kiloray_core::trace::{Crossings, Group, Kind, Quad, Row, Verdict};
 
+use super::in_place;
+
 /// A ray along the axes `kx, ky, kz`.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Along {
@@ -94,6 +96,7 @@ pub(super) unsafe fn record(
     t_max: f32,
     out: &mut Crossings,
 ) -> Verdict {
+    let ray = in_place(ray);
     // SAFETY: by the caller.
     unsafe {
         let Some(Sheared { from01, from2, x01, y01, x2, y2 }) = sheared(ray, vertices, record)
@@ -133,12 +136,9 @@ unsafe fn hits(
         };
         let (u, v, w) = (edge(x2, y1, y2, x1), edge(x0, y2, y0, x2), edge(x1, y0, y1, x0));
         let zero = _mm_setzero_ps();
-        // As whole numbers, in a cycle each: any that is negative will do for the least. What hides one is -0, and a NaN hides either and is neither:
-        // both are in doubt.
-        let whole = |x: __m128| _mm_castps_si128(x);
-        let float = |x: __m128i| _mm_castsi128_ps(x);
-        let least = float(_mm_min_epi32(_mm_min_epi32(whole(u), whole(v)), whole(w)));
-        let greatest = float(_mm_max_epi32(_mm_max_epi32(whole(u), whole(v)), whole(w)));
+        // A NaN hides others, or is neither: all are in doubt then.
+        let least = _mm_min_ps(_mm_min_ps(u, v), w);
+        let greatest = _mm_max_ps(_mm_max_ps(u, v), w);
         let below = _mm_cmp_ps::<_CMP_LT_OQ>(least, zero);
         let opposite = _mm_and_ps(below, _mm_cmp_ps::<_CMP_GT_OQ>(greatest, zero));
         let crossing = !(_mm_movemask_ps(opposite) as u32) & 0b1111;
@@ -217,7 +217,7 @@ pub(super) unsafe fn quad(vertices: Vertices<'_>, record: &Record, to: &mut Quad
         }
         let words = vertices.words().as_ptr().add(3 * usize::from(record.base));
         let at = |i: u8| words.add(3 * usize::from(i));
-        let record = apart(record);
+        let record = in_place(record);
         let pair = |place: usize| {
             let [a, b, _] = record.index[place];
             let both = _mm256_castps128_ps256(_mm_loadu_ps(at(a)));
@@ -282,13 +282,9 @@ unsafe fn crossed(
         let magnitude = |x: __m128| _mm_andnot_ps(set(-0.0), x);
         let least_of = |ab: __m256, c: __m128| _mm_min_ps(_mm_min_ps(low(ab), high(ab)), c);
         let greatest_of = |ab: __m256, c: __m128| _mm_max_ps(_mm_max_ps(low(ab), high(ab)), c);
-        // Of numbers that are not negative, as whole numbers: in a cycle, not four.
-        let greater = |a: __m128, b: __m128| {
-            _mm_castsi128_ps(_mm_max_epi32(_mm_castps_si128(a), _mm_castps_si128(b)))
-        };
         let widest = |ab: __m256, c: __m128| {
             let ab = _mm256_andnot_ps(_mm256_set1_ps(-0.0), ab);
-            greater(greater(low(ab), high(ab)), magnitude(c))
+            _mm_max_ps(_mm_max_ps(low(ab), high(ab)), magnitude(c))
         };
         let det = _mm_add_ps(_mm_add_ps(u, v), w);
         let size = magnitude(det);
@@ -319,7 +315,7 @@ unsafe fn crossed(
         };
         let ends = [ends_of(0), ends_of(1), ends_of(2)];
         let far = |axis: usize| widest(from01[axis], from2[axis]);
-        let pad = greater(greater(far(0), far(1)), far(2));
+        let pad = _mm_max_ps(_mm_max_ps(far(0), far(1)), far(2));
         let pad = _mm_mul_ps(pad, set(PreparedRay::PAD));
         let slab = |axis: usize, (l, h): (__m128, __m128)| {
             let inv = set(ray.inv[axis]);
@@ -386,7 +382,7 @@ unsafe fn sheared(ray: &Along, vertices: Vertices<'_>, record: &Record) -> Optio
         let at = |i: u8| words.add(3 * usize::from(i));
         let permute = ray.permute;
         let permute2 = _mm256_broadcastsi128_si256(permute);
-        let record = apart(record);
+        let record = in_place(record);
         let pair = |place: usize| {
             let [a, b, _] = record.index[place];
             let both = _mm256_castps128_ps256(_mm_loadu_ps(at(a)));
@@ -420,17 +416,4 @@ unsafe fn sheared(ray: &Along, vertices: Vertices<'_>, record: &Record) -> Optio
         let y2 = _mm_sub_ps(y, _mm_mul_ps(set(ray.shear[1]), z));
         Some(Sheared { from01, from2: [x, y, z], x01, y01, x2, y2 })
     }
-}
-
-/// The same record, of which the compiler does not know that it lies in a register as well: taking bytes out of that one by one takes
-/// longer than loading them.
-#[inline(always)]
-fn apart(record: &Record) -> &Record {
-    let mut place = core::ptr::from_ref(record);
-    // SAFETY: it does nothing.
-    unsafe {
-        core::arch::asm!("/* {0} */", inout(reg) place, options(nostack, preserves_flags, readonly));
-    }
-    // SAFETY: the reference that came in.
-    unsafe { &*place }
 }
