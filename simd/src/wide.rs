@@ -170,6 +170,11 @@ impl<P: PutDown> Lanes for Wide<P> {
         unsafe { P::apart(part) }
     }
 
+    #[inline(always)]
+    fn apart_if<T: Part>(self, so: bool, part: T) -> T::Result {
+        if so { self.apart(part) } else { part.run() }
+    }
+
     #[cold]
     #[inline(never)]
     fn in_doubt<R>(self, task: impl FnOnce() -> R) -> R {

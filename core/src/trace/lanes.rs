@@ -95,6 +95,12 @@ pub trait Lanes: Copy {
         part.run()
     }
 
+    /// The same if so, or else where it stands.
+    #[inline(always)]
+    fn apart_if<P: Part>(self, _so: bool, part: P) -> P::Result {
+        part.run()
+    }
+
     /// Does what doubtful triangles take. Lanes for which they are rare keep it out of the traversal.
     #[inline(always)]
     fn in_doubt<R>(self, task: impl FnOnce() -> R) -> R {
