@@ -413,10 +413,9 @@ struct Watch {
 impl Watch {
     /// Somebody says that it is there, or is gone.
     fn hear(&self, sender: &SyncSender<Item>, identity: Option<Identity>, is_there: bool) {
-        let changes = {
-            let mut claims = lock(&self.shared.claims);
-            identity.and_then(|identity| claims.change(identity, is_there))
-        };
+        // Held until it has been passed on: who is found there by what comes meanwhile, as the word that the run is over, was heard of before that.
+        let mut claims = lock(&self.shared.claims);
+        let changes = identity.and_then(|identity| claims.change(identity, is_there));
         self.shared.count(changes.is_some());
         for (identity, is_there) in changes.into_iter().flatten() {
             self.change(sender, identity, is_there);
@@ -451,4 +450,52 @@ impl Watch {
 /// What a thread that panicked has left is whole: all changes are one call long.
 fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::TryLockError;
+
+    use super::*;
+
+    /// What a node is told by a host that it finds there lies behind the news of the host: it is received by another thread, perhaps at once.
+    #[test]
+    fn nobody_is_found_that_was_not_heard_of() {
+        let at = |place, incarnation| Identity {
+            place,
+            incarnation,
+            version: Identity::version(),
+            scene: 0,
+            share: 0,
+            job: 0,
+        };
+        let shared = Arc::new(Shared {
+            own: at(Place::new(NodeId(0)), 1),
+            neighbours: Vec::new(),
+            foreign: AtomicU64::new(0),
+            overflows: AtomicU64::new(0),
+            claims: Mutex::new(Claims::new(1)),
+            reports: Mutex::default(),
+        });
+        let watch =
+            Watch { shared: Arc::clone(&shared), neighbours: Vec::new(), last: Mutex::default() };
+        let host = at(Place::HOST, 2);
+        thread::scope(|scope| {
+            // It holds nothing: whoever sends waits until it is taken.
+            let (sender, inbox) = sync_channel(0);
+            let (watch, heard) = (&watch, Some(host.clone()));
+            scope.spawn(move || watch.hear(&sender, heard, true));
+            loop {
+                match shared.claims.try_lock() {
+                    Ok(claims) => assert_eq!(claims.holder(Place::HOST), None),
+                    Err(TryLockError::WouldBlock) => break,
+                    Err(error) => panic!("{error}"),
+                }
+                thread::yield_now();
+            }
+            let Ok(Item::Change(heard, true)) = inbox.recv() else { panic!("it is there") };
+            assert_eq!(heard, host);
+        });
+        assert_eq!(lock(&shared.claims).holder(Place::HOST), Some(&host));
+    }
 }

@@ -84,9 +84,10 @@ fn a_node_stays_until_the_host_has_heard_its_report() {
         for _ in 0..10 {
             host.wait_for_news(LOOK);
         }
-        assert!(host.there(place).is_some(), "it has left before the host");
+        let stays = host.there(place).is_some();
         host.close();
         node.join().expect("no panic").expect("it ends well");
+        assert!(stays, "it has left before the host");
     });
 }
 

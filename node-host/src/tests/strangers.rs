@@ -1,6 +1,7 @@
 //! What somebody says who can connect, and is no process of the mesh.
 
-use std::net::TcpListener;
+use std::io;
+use std::net::{SocketAddr, TcpListener, UdpSocket};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc;
 use std::thread;
@@ -21,14 +22,24 @@ pub(super) fn mesh(folder: &TempDir, file: &KiloFile, protocol: &str, nodes: usi
     let mut config = config(file, nodes, "full", 1 << 16);
     config.scene = folder.path().join("scene.kilo");
     file.write(&config.scene).expect("it is written");
-    // Held together, so that no two are the same.
-    let free: Vec<_> =
-        (0..nodes).map(|_| TcpListener::bind("127.0.0.1:0").expect("a port")).collect();
-    config.addresses = free
-        .iter()
-        .map(|port| format!("{protocol}/{}", port.local_addr().expect("an address")))
-        .collect();
+    let free = if protocol == "quic" {
+        free(nodes, || UdpSocket::bind("127.0.0.1:0"), UdpSocket::local_addr)
+    } else {
+        free(nodes, || TcpListener::bind("127.0.0.1:0"), TcpListener::local_addr)
+    };
+    config.addresses = free.iter().map(|address| format!("{protocol}/{address}")).collect();
     config
+}
+
+/// Addresses that nobody listens at.
+fn free<T>(
+    count: usize,
+    bind: impl Fn() -> io::Result<T>,
+    address: impl Fn(&T) -> io::Result<SocketAddr>,
+) -> Vec<SocketAddr> {
+    // Held together, so that no two are the same.
+    let held: Vec<T> = (0..count).map(|_| bind().expect("a port")).collect();
+    held.iter().map(|one| address(one).expect("an address")).collect()
 }
 
 /// Nodes as threads, and the host.
