@@ -1,7 +1,7 @@
 //! Eight boxes, or four triangles, at a time on any machine: arrays, of which the compiler makes vectors where it can.
 //!
 //! All that decides what is visited, in which order, and what a ray is in doubt about, is that of [`Avx2`](crate::Avx2) to the bit: what is fused there is fused here,
-//! the greater of two numbers is the same one, and lights have as many lanes. So nodes do the same work on any machine.
+//! numbers are compared as whole numbers where they are there, and lights have as many lanes. So nodes do the same work on any machine.
 
 use kiloray_core::block::format::{BlockHeader, Node, Record};
 use kiloray_core::block::{ExpandedNode, Vertices};

@@ -165,14 +165,12 @@ impl<P: PutDown> Lanes for Wide<P> {
     }
 
     #[inline(always)]
-    fn apart<T: Part>(self, part: T) -> T::Result {
+    fn apart<T: Part>(self, so: bool, part: T) -> T::Result {
+        if !so {
+            return part.run();
+        }
         // SAFETY: a value of Wide exists, so the machine has what `P` takes.
         unsafe { P::apart(part) }
-    }
-
-    #[inline(always)]
-    fn apart_if<T: Part>(self, so: bool, part: T) -> T::Result {
-        if so { self.apart(part) } else { part.run() }
     }
 
     #[cold]

@@ -49,7 +49,7 @@ impl<L: Lanes, S: BlockSource, P: Stops<S::Error>, Q: Query> Flow<'_, L, S, P, Q
         cursor: &mut Cursor,
         ray: u16,
     ) -> Result<(), TraceError<S::Error>> {
-        self.lanes.apart(Alone { flow: self, cursor, ray })
+        self.lanes.apart(true, Alone { flow: self, cursor, ray })
     }
 
     /// Traces the rays of the list of the first level, which have these signs. `COHERENT`: they are those of some groups from `first` on, and go much the
@@ -61,7 +61,8 @@ impl<L: Lanes, S: BlockSource, P: Stops<S::Error>, Q: Query> Flow<'_, L, S, P, Q
         signs: u8,
         first: usize,
     ) -> Result<(), TraceError<S::Error>> {
-        self.lanes.apart(Through::<COHERENT, _, _, GROUPS> { flow: self, stream, signs, first })
+        let lanes = self.lanes;
+        lanes.apart(true, Through::<COHERENT, _, _, GROUPS> { flow: self, stream, signs, first })
     }
 }
 

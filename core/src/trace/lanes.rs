@@ -89,15 +89,9 @@ pub trait Lanes: Copy {
         Verdict { accepted: 0, doubtful: 0b1111 }
     }
 
-    /// Does a part in a function of its own, so that what it needs takes no registers of what goes on around it.
+    /// Does a part in a function of its own, so that what it needs takes no registers of what goes on around it; or else, if not so, where it stands.
     #[inline(always)]
-    fn apart<P: Part>(self, part: P) -> P::Result {
-        part.run()
-    }
-
-    /// The same if so, or else where it stands.
-    #[inline(always)]
-    fn apart_if<P: Part>(self, _so: bool, part: P) -> P::Result {
+    fn apart<P: Part>(self, _so: bool, part: P) -> P::Result {
         part.run()
     }
 

@@ -153,7 +153,7 @@ fn walk<const CONTINUED: bool, L: Lanes, S: BlockSource, Q: Query>(
             query: &mut *query,
         };
         // Beside a top, where few rays come this far, a call would cost all of them registers; where there is none this is all that they do.
-        let (leave, left) = lanes.apart_if(trails, within);
+        let (leave, left) = lanes.apart(trails, within);
         *run = left;
         match leave {
             Leave::Block => {}

@@ -48,16 +48,18 @@ pub(super) fn of_group(group: &Group, (near, far): ([f32; 3], [f32; 3])) -> Hits
     )
 }
 
-/// The greater, as AVX2 lanes have it: of what cannot be compared, the second.
+/// The greater as a whole number, as AVX2 lanes have it: see there.
 #[inline(always)]
 pub(super) fn greater(a: f32, b: f32) -> f32 {
-    if a > b { a } else { b }
+    let whole = |x: f32| x.to_bits() as i32;
+    if whole(a) > whole(b) { a } else { b }
 }
 
 /// The lesser, likewise.
 #[inline(always)]
 pub(super) fn lesser(a: f32, b: f32) -> f32 {
-    if a < b { a } else { b }
+    let whole = |x: f32| x.to_bits() as i32;
+    if whole(a) < whole(b) { a } else { b }
 }
 
 /// The lanes of which it is true, a bit each.

@@ -3,6 +3,7 @@
 #[allow(clippy::wildcard_imports, reason = "a kernel names a hundred instructions")]
 use core::arch::x86_64::*;
 
+use super::boxes::{greater, lesser};
 use kiloray_core::geometry::{DET_MAX, DET_MIN, DET_PART, PreparedRay, Ray};
 use kiloray_core::trace::{
     Beam, BoxRay, Crossings, Filled, GROUP, Group, Kind, Octet, Quad, Row, Verdict,
@@ -193,10 +194,8 @@ pub(super) unsafe fn boxes(
                 let x1 = _mm256_fmadd_ps(fx, ix, at(&group.far[0]));
                 let y1 = _mm256_fmadd_ps(fy, iy, at(&group.far[1]));
                 let z1 = _mm256_fmadd_ps(fz, iz, at(&group.far[2]));
-                let enter =
-                    _mm256_max_ps(_mm256_max_ps(x0, y0), _mm256_max_ps(z0, at(&group.t_min)));
-                let leave =
-                    _mm256_min_ps(_mm256_min_ps(x1, y1), _mm256_min_ps(z1, at(&group.t_max)));
+                let enter = greater(greater(x0, y0), greater(z0, at(&group.t_min)));
+                let leave = lesser(lesser(x1, y1), lesser(z1, at(&group.t_max)));
                 let mask = _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LE_OQ>(enter, leave)) as u64;
                 masks |= mask << (8 * k);
             }
@@ -299,14 +298,8 @@ pub(super) unsafe fn meets(group: &Group, (near, far): ([&Row; 3], [&Row; 3]), s
         };
         let first = |axis: usize| at(axis, near, &group.near[axis]);
         let last = |axis: usize| at(axis, far, &group.far[axis]);
-        let enter = _mm256_max_ps(
-            _mm256_max_ps(first(0), first(1)),
-            _mm256_max_ps(first(2), load(&group.t_min)),
-        );
-        let leave = _mm256_min_ps(
-            _mm256_min_ps(last(0), last(1)),
-            _mm256_min_ps(last(2), load(&group.t_max)),
-        );
+        let enter = greater(greater(first(0), first(1)), greater(first(2), load(&group.t_min)));
+        let leave = lesser(lesser(last(0), last(1)), lesser(last(2), load(&group.t_max)));
         _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LE_OQ>(enter, leave)) as u8
     }
 }
@@ -365,8 +358,8 @@ pub(super) unsafe fn triangle(
         let v = _mm256_sub_ps(_mm256_mul_ps(x0, y2), _mm256_mul_ps(y0, x2));
         let w = _mm256_sub_ps(_mm256_mul_ps(x1, y0), _mm256_mul_ps(y1, x0));
         // As in `record`.
-        let least = _mm256_min_ps(_mm256_min_ps(u, v), w);
-        let greatest = _mm256_max_ps(_mm256_max_ps(u, v), w);
+        let least = lesser(lesser(u, v), w);
+        let greatest = greater(greater(u, v), w);
         let opposite = _mm256_and_ps(
             _mm256_cmp_ps::<_CMP_LT_OQ>(least, zero),
             _mm256_cmp_ps::<_CMP_GT_OQ>(greatest, zero),

@@ -136,9 +136,12 @@ unsafe fn hits(
         };
         let (u, v, w) = (edge(x2, y1, y2, x1), edge(x0, y2, y0, x2), edge(x1, y0, y1, x0));
         let zero = _mm_setzero_ps();
-        // A NaN hides others, or is neither: all are in doubt then.
-        let least = _mm_min_ps(_mm_min_ps(u, v), w);
-        let greatest = _mm_max_ps(_mm_max_ps(u, v), w);
+        // As whole numbers, in a cycle each: any that is negative will do for the least. What hides one is -0, and a NaN hides either and is neither:
+        // both are in doubt.
+        let whole = |x: __m128| _mm_castps_si128(x);
+        let float = |x: __m128i| _mm_castsi128_ps(x);
+        let least = float(_mm_min_epi32(_mm_min_epi32(whole(u), whole(v)), whole(w)));
+        let greatest = float(_mm_max_epi32(_mm_max_epi32(whole(u), whole(v)), whole(w)));
         let below = _mm_cmp_ps::<_CMP_LT_OQ>(least, zero);
         let opposite = _mm_and_ps(below, _mm_cmp_ps::<_CMP_GT_OQ>(greatest, zero));
         let crossing = !(_mm_movemask_ps(opposite) as u32) & 0b1111;
@@ -282,9 +285,13 @@ unsafe fn crossed(
         let magnitude = |x: __m128| _mm_andnot_ps(set(-0.0), x);
         let least_of = |ab: __m256, c: __m128| _mm_min_ps(_mm_min_ps(low(ab), high(ab)), c);
         let greatest_of = |ab: __m256, c: __m128| _mm_max_ps(_mm_max_ps(low(ab), high(ab)), c);
+        // Of numbers that are not negative, as whole numbers: in a cycle, not four.
+        let greater = |a: __m128, b: __m128| {
+            _mm_castsi128_ps(_mm_max_epi32(_mm_castps_si128(a), _mm_castps_si128(b)))
+        };
         let widest = |ab: __m256, c: __m128| {
             let ab = _mm256_andnot_ps(_mm256_set1_ps(-0.0), ab);
-            _mm_max_ps(_mm_max_ps(low(ab), high(ab)), magnitude(c))
+            greater(greater(low(ab), high(ab)), magnitude(c))
         };
         let det = _mm_add_ps(_mm_add_ps(u, v), w);
         let size = magnitude(det);
@@ -315,7 +322,7 @@ unsafe fn crossed(
         };
         let ends = [ends_of(0), ends_of(1), ends_of(2)];
         let far = |axis: usize| widest(from01[axis], from2[axis]);
-        let pad = _mm_max_ps(_mm_max_ps(far(0), far(1)), far(2));
+        let pad = greater(greater(far(0), far(1)), far(2));
         let pad = _mm_mul_ps(pad, set(PreparedRay::PAD));
         let slab = |axis: usize, (l, h): (__m128, __m128)| {
             let inv = set(ray.inv[axis]);
