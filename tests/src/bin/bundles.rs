@@ -7,6 +7,7 @@
 use std::process::ExitCode;
 use std::time::Instant;
 
+use clap::Parser;
 use glam::Vec3;
 use kiloray_core::block::KiloView;
 use kiloray_core::geometry::{Pyramid, Ray};
@@ -15,18 +16,25 @@ use kiloray_core::trace::{Clip, ClipEntry, Cursor, Scalar, Tracer};
 use kiloray_core::view::Camera;
 use kiloray_scene::compile::{Options, compile};
 
+/// How little of a built-in scene a bundle of rays references.
+#[derive(Parser)]
 struct Arguments {
+    /// Size of a block.
+    #[arg(long, value_name = "BYTES", default_value_t = 4096)]
     block: usize,
+    /// Pixels along the picture.
+    #[arg(long, value_name = "PIXELS", default_value_t = 256, value_parser = clap::value_parser!(u32).range(1..))]
     size: u32,
+    /// Pixels along a tile.
+    #[arg(long, value_name = "PIXELS", default_value_t = 8, value_parser = clap::value_parser!(u32).range(1..))]
     tile: u32,
+    /// Built-in scenes.
+    #[arg(required = true)]
     scenes: Vec<String>,
 }
 
 fn main() -> ExitCode {
-    let Some(arguments) = arguments() else {
-        eprintln!("usage: bundles [--block BYTES] [--size PIXELS] [--tile PIXELS] SCENE..");
-        return ExitCode::from(2);
-    };
+    let arguments = Arguments::parse();
     println!(
         "{:18} {:>8} {:>7} | {:>7} {:>8} {:>7} {:>7} {:>6} {:>6} | {:>7} {:>6}",
         "scene",
@@ -48,20 +56,6 @@ fn main() -> ExitCode {
         }
     }
     ExitCode::SUCCESS
-}
-
-fn arguments() -> Option<Arguments> {
-    let mut found = Arguments { block: 4096, size: 256, tile: 8, scenes: Vec::new() };
-    let mut words = std::env::args().skip(1);
-    while let Some(word) = words.next() {
-        match word.as_str() {
-            "--block" => found.block = words.next()?.parse().ok()?,
-            "--size" => found.size = words.next()?.parse().ok().filter(|&n| n > 0)?,
-            "--tile" => found.tile = words.next()?.parse().ok().filter(|&n| n > 0)?,
-            _ => found.scenes.push(word),
-        }
-    }
-    (!found.scenes.is_empty()).then_some(found)
 }
 
 /// Sums over the bundles of a kind.

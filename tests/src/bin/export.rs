@@ -1,20 +1,26 @@
 //! `export SCENE FOLDER`: a built-in scene for Kiloray, Radiance and Mitsuba alike, reduced to what
 //! they agree on: `scene.rad`, `scene.vf`, `scene.xml` and its meshes.
 
-use std::path::Path;
+use std::fs;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use std::{env, fs};
 
+use clap::Parser;
 use kiloray_core::scene::MaterialKind;
 use kiloray_tests::export;
 
+/// A built-in scene for Kiloray, Radiance and Mitsuba alike.
+#[derive(Parser)]
+struct Arguments {
+    /// A built-in scene.
+    scene: String,
+    /// Gets the files.
+    folder: PathBuf,
+}
+
 fn main() -> ExitCode {
-    let arguments: Vec<String> = env::args().skip(1).collect();
-    let [scene, folder] = arguments.as_slice() else {
-        eprintln!("usage: export SCENE FOLDER");
-        return ExitCode::from(2);
-    };
-    match run(scene, Path::new(folder)) {
+    let Arguments { scene, folder } = Arguments::parse();
+    match run(&scene, &folder) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             eprintln!("export: {error}");

@@ -5,11 +5,12 @@
 
 use std::error::Error;
 use std::fmt::Write as _;
+use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::atomic::AtomicBool;
-use std::{env, fs};
 
+use clap::Parser;
 use kiloray_core::block::KiloView;
 use kiloray_core::shade::Settings;
 use kiloray_core::store::Line;
@@ -20,9 +21,17 @@ use plotters::prelude::*;
 /// Block sizes that are compared \[bytes\].
 const BLOCKS: [usize; 3] = [1 << 10, 4 << 10, 16 << 10];
 
+/// The same picture in arenas from the least one to one that holds the whole scene, against all of it mapped.
+#[derive(Parser)]
 struct Arguments {
+    /// A built-in scene; the default has a million triangles.
+    #[arg(default_value = "sinc:708")]
     scene: String,
+    /// Pixels along the picture.
+    #[arg(long, default_value_t = 256)]
     size: u32,
+    /// Where `memory.csv` and `memory.svg` are written.
+    #[arg(long, value_name = "FOLDER", default_value = "target/memory")]
     out: PathBuf,
 }
 
@@ -36,14 +45,7 @@ struct Row {
 }
 
 fn main() -> ExitCode {
-    let arguments = match arguments() {
-        Ok(arguments) => arguments,
-        Err(message) => {
-            eprintln!("memory: {message}\nusage: memory [SCENE] [--size N] [--out FOLDER]");
-            return ExitCode::from(2);
-        }
-    };
-    match run(&arguments) {
+    match run(&Arguments::parse()) {
         Ok(true) => ExitCode::SUCCESS,
         Ok(false) => {
             eprintln!("memory: the pictures differ");
@@ -54,22 +56,6 @@ fn main() -> ExitCode {
             ExitCode::FAILURE
         }
     }
-}
-
-fn arguments() -> Result<Arguments, String> {
-    let mut arguments =
-        Arguments { scene: "sinc:708".into(), size: 256, out: PathBuf::from("target/memory") };
-    let mut rest = env::args().skip(1);
-    while let Some(word) = rest.next() {
-        let mut value = || rest.next().ok_or(format!("{word} needs a value"));
-        match word.as_str() {
-            "--size" => arguments.size = value()?.parse().map_err(|_| "--size needs a number")?,
-            "--out" => arguments.out = value()?.into(),
-            scene if !scene.starts_with('-') => arguments.scene = scene.into(),
-            other => return Err(format!("{other} is unknown")),
-        }
-    }
-    Ok(arguments)
 }
 
 /// Whether all pictures are the same.

@@ -5,79 +5,72 @@
 //! from the top, each as three f32.
 
 use std::error::Error;
+use std::fs;
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::atomic::AtomicBool;
-use std::{env, fs};
 
+use clap::Parser;
 use cpu_time::ProcessTime;
 use kiloray_core::shade::Settings;
 use kiloray_render::{Control, Options, Undersampling, framing, render};
 use kiloray_scene::kilo::KiloFile;
 
+/// The CPU seconds of a picture on one thread, after a first picture in the same process.
+#[derive(Parser)]
 struct Arguments {
+    /// A compiled scene.
     scene: PathBuf,
-    size: [u32; 2],
-    settings: Settings,
-    undersampling: Option<Undersampling>,
+    /// Pixels across.
+    width: u32,
+    /// Pixels down.
+    height: u32,
+    /// As those of `kiloray render`.
+    #[arg(long, default_value_t = Settings::default().samples)]
+    samples: u32,
+    /// Likewise.
+    #[arg(long, default_value_t = Settings::default().shadow_samples)]
+    shadow_samples: u16,
+    /// Likewise.
+    #[arg(long, default_value_t = Settings::default().lights)]
+    lights_per_point: u16,
+    /// Likewise.
+    #[arg(long, default_value_t = 1)]
+    pixel_spacing: u32,
+    /// Likewise.
+    #[arg(long, default_value_t = 0.0)]
+    pixel_contrast: f32,
+    /// Gets the pixels, row by row from the top, each as three f32.
+    #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
 }
 
 fn main() -> ExitCode {
-    let done = arguments().map_err(Into::into).and_then(|arguments| run(&arguments));
-    match done {
+    match run(&Arguments::parse()) {
         Ok(seconds) => {
             println!("{seconds}");
             ExitCode::SUCCESS
         }
         Err(error) => {
-            eprintln!(
-                "render_time: {error}\nusage: render_time FILE.kilo WIDTH HEIGHT [--samples N] [--shadow-samples N] \
-                 [--lights-per-point N] [--pixel-spacing N] [--pixel-contrast PART] [--out FILE]"
-            );
+            eprintln!("render_time: {error}");
             ExitCode::FAILURE
         }
     }
-}
-
-fn arguments() -> Result<Arguments, String> {
-    let mut words = env::args().skip(1);
-    let mut named = Vec::new();
-    let (mut settings, mut out) = (Settings::default(), None);
-    let (mut spacing, mut contrast) = (1, 0.0);
-    while let Some(word) = words.next() {
-        if !word.starts_with("--") {
-            named.push(word);
-            continue;
-        }
-        let value = words.next().ok_or(format!("{word} needs a value"))?;
-        match word.as_str() {
-            "--samples" => settings.samples = number(&value)?,
-            "--shadow-samples" => settings.shadow_samples = number(&value)?,
-            "--lights-per-point" => settings.lights = number(&value)?,
-            "--pixel-spacing" => spacing = number(&value)?,
-            "--pixel-contrast" => contrast = number(&value)?,
-            "--out" => out = Some(value.into()),
-            _ => return Err(format!("{word} is unknown")),
-        }
-    }
-    let [scene, width, height] = named.as_slice() else { return Err("what to render?".into()) };
-    let size = [number(width)?, number(height)?];
-    let undersampling = Undersampling::new(spacing, contrast);
-    Ok(Arguments { scene: scene.into(), size, settings, undersampling, out })
-}
-
-fn number<T: std::str::FromStr>(word: &str) -> Result<T, String> {
-    word.parse().map_err(|_| format!("{word:?} is no such number"))
 }
 
 fn run(arguments: &Arguments) -> Result<f64, Box<dyn Error>> {
     let scene = KiloFile::open(&arguments.scene)?;
     let file = scene.view();
     let view = *file.views().first().ok_or("the scene has no view")?;
-    let [width, height] = arguments.size;
+    let &Arguments { width, height, .. } = arguments;
     let view = framing::fitted(view, width, height);
-    let &Arguments { settings, undersampling, .. } = arguments;
+    let settings = Settings {
+        samples: arguments.samples,
+        shadow_samples: arguments.shadow_samples,
+        lights: arguments.lights_per_point,
+        ..Settings::default()
+    };
+    let undersampling = Undersampling::new(arguments.pixel_spacing, arguments.pixel_contrast);
     let options =
         Options { settings, threads: 1, undersampling, ..Options::new(width, height, view) };
     let cancel = AtomicBool::new(false);

@@ -1,8 +1,7 @@
 //! Visibility against Embree, paired in one run: primary, diffuse bounce and shadow rays, one thread.
 //!
 //! ```text
-//! bench_visibility --peers DIR [--mesh FILE.obj|FILE.ktri] [--work DIR] [--size 1024] [--rounds 3]
-//!                  [--block-bytes 16384] [--mapped] [--only NAME]
+//! bench_visibility --peers DIR [--mesh FILE.obj|FILE.ktri] ..
 //! ```
 //! `DIR` holds `embree_bench.cpp` and `gen_mesh.py`; they are built and run in `--work`
 //! (`target/visibility`). Without `--peers` it traces the rays that an earlier run has left there,
@@ -19,6 +18,7 @@ mod trace;
 
 use std::path::PathBuf;
 
+use clap::Parser;
 use kiloray_scene::compile::{Options, compile};
 
 use crate::rays::KINDS;
@@ -32,48 +32,37 @@ fn main() {
 
 type Error = Box<dyn std::error::Error>;
 
+/// Visibility against Embree, paired in one run: primary, diffuse bounce and shadow rays, one thread.
+#[derive(Parser)]
 struct Arguments {
+    /// Where `embree_bench.cpp` and `gen_mesh.py` are; without it the rays are traced that an earlier run has left, and there are no ratios.
+    #[arg(long, value_name = "DIR")]
     peers: Option<PathBuf>,
+    /// An `.obj` or `.ktri` file; without it a field of a million triangles.
+    #[arg(long, value_name = "FILE")]
     mesh: Option<PathBuf>,
+    /// Where programs are built and rays are left.
+    #[arg(long, value_name = "DIR", default_value = "target/visibility")]
     work: PathBuf,
+    /// Pixels along the picture.
+    #[arg(long, default_value_t = 1024)]
     size: u32,
-    rounds: usize,
+    /// Rounds, in each of which either side makes five passes.
+    #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u16).range(1..))]
+    rounds: u16,
+    /// Size of a block.
+    #[arg(long, value_name = "BYTES", default_value_t = 16 << 10)]
     block_bytes: usize,
+    /// Blocks come from a mapped file, and not from memory.
+    #[arg(long)]
     mapped: bool,
+    /// One way of tracing: `single`, `batch`, `bundle` or `single, scalar`.
+    #[arg(long, value_name = "WAY")]
     only: Option<String>,
 }
 
-fn arguments() -> Result<Arguments, Error> {
-    let mut a = Arguments {
-        peers: None,
-        mesh: None,
-        work: PathBuf::from("target/visibility"),
-        size: 1024,
-        rounds: 3,
-        block_bytes: 16 << 10,
-        mapped: false,
-        only: None,
-    };
-    let mut args = std::env::args().skip(1);
-    while let Some(name) = args.next() {
-        let mut value = || args.next().ok_or(format!("{name} needs a value"));
-        match name.as_str() {
-            "--peers" => a.peers = Some(value()?.into()),
-            "--mesh" => a.mesh = Some(value()?.into()),
-            "--work" => a.work = value()?.into(),
-            "--size" => a.size = value()?.parse()?,
-            "--rounds" => a.rounds = value()?.parse::<usize>()?.max(1),
-            "--block-bytes" => a.block_bytes = value()?.parse()?,
-            "--mapped" => a.mapped = true,
-            "--only" => a.only = Some(value()?),
-            _ => return Err(format!("unknown argument {name}").into()),
-        }
-    }
-    Ok(a)
-}
-
 fn run() -> Result<(), Error> {
-    let a = arguments()?;
+    let a = Arguments::parse();
     let ways = trace::Way::all(a.only.as_deref());
     if ways.is_empty() {
         return Err("--only: single, batch, bundle and 'single, scalar' are ways".into());
