@@ -13,10 +13,9 @@ use cpu_time::ProcessTime;
 use kiloray_core::block::KiloView;
 use kiloray_core::network::Topology;
 use kiloray_core::node::Schedule;
-use kiloray_render::Picture;
 use kiloray_scene::{builtin, compile, kilo::KiloFile};
 use kiloray_sim::{Control, MeshOptions, Options, Outcome, simulate};
-use kiloray_tests::reference::bits;
+use kiloray_tests::reference::{bits, one_thread};
 
 /// What a simulated mesh takes of this machine, against a render of the same picture on one core, in turns.
 #[derive(Parser)]
@@ -105,24 +104,26 @@ fn run(arguments: &Arguments) -> Result<bool, Box<dyn Error>> {
     let model = builtin::build(&arguments.scene)?;
     let blocks = compile::Options::blocks_of(arguments.block << 10);
     let file = KiloFile::from_compiled(compile::compile(&model, &blocks, &mut ())?);
-    let file = file.view();
-    let options = options(arguments, &file)?;
+    let view = file.view();
+    let options = options(arguments, &view)?;
     if arguments.resident {
-        resident(&file, &options)?;
+        resident(&view, &options)?;
     }
+    let MeshOptions { width, height, settings, .. } = options.mesh;
     let (mut meshes, mut plains) = (Took::default(), Took::default());
     let mut same = true;
     for _ in 0..arguments.pairs {
         let (mut pictures, mut events) = (Vec::new(), None);
         if arguments.only != Some(Side::Plain) {
-            let (outcome, took) = timed(|| simulated(&file, &options))?;
+            let (outcome, took) = timed(|| simulated(&view, &options))?;
             let virtual_ms = outcome.report.virtual_ns as f64 / 1e6;
             took.print("mesh", &mut meshes);
             pictures.push(outcome.picture);
             events = Some((outcome.report.events, virtual_ms));
         }
         if arguments.only != Some(Side::Mesh) {
-            let (picture, took) = timed(|| rendered(&file, &options))?;
+            let (picture, took) =
+                timed(|| one_thread(&file, width, height, options.view, settings))?;
             took.print("plain", &mut plains);
             pictures.push(picture);
         }
@@ -199,16 +200,4 @@ fn resident_peak() -> Option<u64> {
 fn simulated(file: &KiloView<'_>, options: &Options) -> Result<Outcome, kiloray_sim::Error> {
     let control = Control { cancel: &AtomicBool::new(false), progress: &|_| {} };
     simulate(file, options, &control)
-}
-
-fn rendered(file: &KiloView<'_>, options: &Options) -> Result<Picture, kiloray_render::Error> {
-    let MeshOptions { width, height, settings, .. } = options.mesh;
-    let plain = kiloray_render::Options {
-        settings,
-        threads: 1,
-        ..kiloray_render::Options::new(width, height, options.view)
-    };
-    let cancel = AtomicBool::new(false);
-    let control = kiloray_render::Control { cancel: &cancel, progress: &|_, _| {} };
-    Ok(kiloray_render::render(file, &plain, &control)?.picture)
 }
