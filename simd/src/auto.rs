@@ -85,7 +85,7 @@ impl<Else: Lanes> Tracer for Auto<Else> {
             Some(Wide::Avx2(lanes)) => unsafe {
                 run_avx2::<T, S, Q>(lanes, room, source, rays, queries)
             },
-            None => T::run(self.rest, room, source, rays, queries),
+            None => run_else::<T, S, Q, _>(self.rest, room, source, rays, queries),
         }
     }
 
@@ -122,6 +122,18 @@ fn compute_avx512<K: Kernel>(lanes: Avx512, kernel: K) {
 #[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
 fn run_avx2<T: Search, S: BlockSource, Q: Query>(
     lanes: Avx2,
+    room: &mut T::Room,
+    source: &mut S,
+    rays: &T::Rays,
+    queries: &mut T::Queries<Q>,
+) -> Result<(), TraceError<S::Error>> {
+    T::run(lanes, room, source, rays, queries)
+}
+
+/// The same for any other lanes. A function too: inlined, its registers would be kept for it at each call of the others.
+#[inline(never)]
+fn run_else<T: Search, S: BlockSource, Q: Query, L: Lanes>(
+    lanes: L,
     room: &mut T::Room,
     source: &mut S,
     rays: &T::Rays,

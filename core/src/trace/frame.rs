@@ -78,7 +78,14 @@ impl BoxRay {
     pub fn pad(greatest: f32, least: f32) -> Option<f32> {
         let sound =
             greatest <= Self::ORIGIN_MAX && (1.0 / Self::INV_MAX..=Self::INV_MAX).contains(&least);
-        sound.then_some((greatest + 1.01) * Self::PAD)
+        sound.then(|| Self::sound_pad(greatest))
+    }
+
+    /// The same, where boxes are known to decide.
+    #[inline(always)]
+    #[must_use]
+    pub const fn sound_pad(greatest: f32) -> f32 {
+        (greatest + 1.01) * Self::PAD
     }
 }
 

@@ -12,11 +12,13 @@ use crate::block::{BlockSource, ExpandedTop};
 /// Its number, among those of blocks. No file has so many.
 pub(super) const TOP: u32 = u32::MAX;
 
-/// Goes on as far as the top reaches, leaves of its nodes included: they lie in blocks, but need no frame of theirs.
+/// Goes on as far as the top reaches, leaves of its nodes included: they lie in blocks, but need no frame of theirs. The frame is the top's.
 #[inline(always)]
+#[expect(clippy::too_many_arguments, reason = "inlined into the traversal, whose state it is")]
 pub(super) fn in_top<L: Lanes, S: BlockSource, Q: Query>(
     lanes: L,
     prepared: &L::Ray,
+    frame: &mut L::Frame,
     turn: Turn,
     run: &mut Run,
     cursor: &mut Cursor,
@@ -24,7 +26,6 @@ pub(super) fn in_top<L: Lanes, S: BlockSource, Q: Query>(
     query: &mut Q,
 ) -> Result<Leave, TraceError<S::Error>> {
     let Cursor { ray, stack, visited, crossings, .. } = cursor;
-    let mut frame = lanes.frame(prepared, &ExpandedTop::FRAME);
     // Apart from the run, which others know of: so they stay in registers.
     let (mut at, mut height, mut t_max) = (run.at, run.height, run.t_max);
     let leave = 'top: loop {
@@ -37,7 +38,7 @@ pub(super) fn in_top<L: Lanes, S: BlockSource, Q: Query>(
             if !query.shortens() {
                 places.near = None;
             }
-            let met = lanes.visit_expanded(&frame, node, turn, (run.t_min, t_max), places);
+            let met = lanes.visit_expanded(frame, node, turn, (run.t_min, t_max), places);
             if met.count != 0 {
                 stack.descend(&mut height, &mut at, met);
                 continue;
@@ -56,7 +57,7 @@ pub(super) fn in_top<L: Lanes, S: BlockSource, Q: Query>(
             visited.blocks = visited.blocks.wrapping_add(1);
             at.tests();
             let records = view.records_from(at_record, count);
-            let renew = |ray: &_| lanes.renew(&mut frame, ray, &ExpandedTop::FRAME);
+            let renew = |ray: &_| lanes.renew(frame, ray, &ExpandedTop::FRAME);
             if leaf(lanes, &view, records, prepared, crossings, ray, &mut t_max, query, renew) {
                 break Ok(Leave::Done);
             }

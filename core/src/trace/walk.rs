@@ -12,7 +12,7 @@ use super::top::{TOP, in_top};
 use super::tracer::Search;
 use super::turn::Turn;
 use crate::block::format::{BlockHeader, Child};
-use crate::block::{BlockSource, BlockView};
+use crate::block::{BlockSource, BlockView, ExpandedTop};
 use crate::geometry::{PreparedRay, Ray};
 use crate::real::Part;
 
@@ -121,6 +121,8 @@ fn walk<const CONTINUED: bool, L: Lanes, S: BlockSource, Q: Query>(
     // A source that has all blocks stops nothing, and a trail is never needed.
     let trails = !source.holds_all();
     let turn = Turn::new(cursor.ray.signs, !CONTINUED && !trails && !query.shortens());
+    // Of what was just prepared: the first node would wait for it to be read again.
+    let mut of_top = lanes.frame(prepared, &ExpandedTop::FRAME);
     // The path of the trail leads on below the place.
     let mut restarts = run.collapsed.unbounded_shr(u32::from(run.at.entry.level())) != 0;
     loop {
@@ -129,7 +131,7 @@ fn walk<const CONTINUED: bool, L: Lanes, S: BlockSource, Q: Query>(
         }
         restarts = false;
         if !trails && run.at.block == TOP {
-            match in_top(lanes, prepared, turn, run, cursor, source, query)? {
+            match in_top(lanes, prepared, &mut of_top, turn, run, cursor, source, query)? {
                 Leave::Block => {}
                 Leave::Corrupt => return Err(TraceError::Corrupt { block: 0 }),
                 Leave::Done | Leave::Exhausted => return Ok(()),

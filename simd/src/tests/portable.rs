@@ -68,18 +68,22 @@ fn put_down(visit: impl FnOnce(Places<'_>) -> Met) -> (Option<u32>, Vec<u32>, Ve
     ((met.count > 0).then_some(met.first), near, entry[from..].to_vec())
 }
 
+/// What is met of a node by a ray, prepared before and from the start.
 fn of_node<L: Lanes>(
     lanes: L,
-    ray: &PreparedRay,
+    ray: &Ray,
     (header, node, expanded): (&BlockHeader, &Node, &ExpandedNode),
     turn: Turn,
     span: (f32, f32),
 ) -> impl PartialEq + std::fmt::Debug + use<L> {
-    let ray = lanes.ray(ray);
-    let frame = lanes.frame(&ray, header);
-    let stored = put_down(|to| lanes.visit(&frame, node, turn, span, 5 << 24, to));
-    let frame = lanes.frame(&ray, &ExpandedTop::FRAME);
-    (stored, put_down(|to| lanes.visit_expanded(&frame, expanded, turn, span, to)))
+    let met = |ray: &L::Ray| {
+        let frame = lanes.frame(ray, header);
+        let stored = put_down(|to| lanes.visit(&frame, node, turn, span, 5 << 24, to));
+        let frame = lanes.frame(ray, &ExpandedTop::FRAME);
+        (stored, put_down(|to| lanes.visit_expanded(&frame, expanded, turn, span, to)))
+    };
+    let prepared = lanes.prepare(ray, &mut PreparedRay::NONE.clone());
+    (met(&lanes.ray(&PreparedRay::new(ray))), prepared.map(|ray| met(&ray)))
 }
 
 /// What is accepted, with its numbers.
@@ -180,15 +184,16 @@ fn decoded<L: Lanes>(
     lanes: L,
     blocks: &Blocks,
     block: u32,
-    ray: &PreparedRay,
+    ray: &Ray,
 ) -> impl PartialEq + std::fmt::Debug + use<L> {
     let view = BlockView::trusted(blocks.get(block).unwrap());
-    let (vertices, wide) = (view.vertex_numbers(), lanes.ray(ray));
+    let (vertices, mut prepared) = (view.vertex_numbers(), PreparedRay::NONE);
+    let Some(ray) = lanes.prepare(ray, &mut prepared) else { return vec![] };
     let of = |record: &Record| {
         let mut quad = Quad { v01: [[0.0; 8]; 3], v2: [[0.0; 4]; 3], used: 0 };
         let sound = lanes.quad(vertices, record, &mut quad);
         let mut found = Crossings::NONE;
-        let verdict = lanes.record(&wide, vertices, record, ray.t_max, &mut found);
+        let verdict = lanes.record(&ray, vertices, record, prepared.t_max, &mut found);
         let quad = sound.then(|| format!("{quad:?}"));
         (quad, Hits::new(verdict, 0b1111, &found))
     };
@@ -225,7 +230,6 @@ proptest! {
             order,
             _zero: [0; 4],
         };
-        let ray = PreparedRay::new(&ray);
         let (turn, nodes) = (Turn::new(signs, from_end), (&header, &node, &expanded));
         prop_assert_eq!(
             format!("{:?}", of_node(Portable, &ray, nodes, turn, span)),
@@ -357,11 +361,10 @@ fn traversals_visit_alike() {
                 }
             }
             for ray in leads.iter().take(20) {
-                let ray = PreparedRay::new(ray);
                 for block in 0..blocks.count().min(30) {
                     assert_eq!(
-                        format!("{:?}", decoded(Portable, &blocks, block, &ray)),
-                        format!("{:?}", decoded(wide, &blocks, block, &ray))
+                        format!("{:?}", decoded(Portable, &blocks, block, ray)),
+                        format!("{:?}", decoded(wide, &blocks, block, ray))
                     );
                 }
             }

@@ -5,11 +5,11 @@ use core::arch::x86_64::*;
 use core::mem::offset_of;
 
 use kiloray_core::block::format::BlockHeader;
-use kiloray_core::geometry::rounding::{max, min};
 use kiloray_core::geometry::{self, PreparedRay};
 use kiloray_core::trace::BoxRay;
 
-use super::record::{Along, permute};
+use super::in_place;
+use super::record::{Along, permute, permute_to_first};
 
 /// A ray in the frame of a block; the fourth numbers mean nothing.
 #[derive(Debug, Clone, Copy)]
@@ -69,34 +69,30 @@ impl Ray {
         unsafe {
             let vector = |[x, y, z]: [f32; 3]| _mm_setr_ps(x, y, z, 0.0);
             let (origin, inv) = (vector(ray.origin.to_array()), vector(ray.inv.to_array()));
+            let [x, y, z] = ray.shear;
+            let shear = _mm_setr_ps(x, y, z, 0.0);
+            let along = Along::new(permute(ray.axis), shear, ray.t_min, origin, inv);
             let greatest = greatest(_mm_andnot_ps(_mm_set1_ps(-0.0), origin));
-            let along = Along::new(ray.axis, ray.shear, ray.t_min, origin, inv);
-            Self::new(origin, inv, ray.signs, greatest, along)
+            if let Some(pad) = BoxRay::pad(greatest, z.abs()) {
+                return Self::new(origin, inv, ray.signs, pad, along);
+            }
+            let sign = _mm_and_ps(inv, _mm_set1_ps(-0.0));
+            let one = _mm_or_ps(_mm_set1_ps(1.0), sign);
+            Self::new(_mm_setzero_ps(), one, ray.signs, f32::INFINITY, along)
         }
     }
 
-    /// Of a ray whose origin has this greatest magnitude of a coordinate.
+    /// Of a ray with this [pad](BoxRay::pad).
     ///
     /// # Safety
     /// The machine has AVX2.
     #[inline(always)]
-    unsafe fn new(origin: __m128, inv: __m128, signs: u8, greatest: f32, along: Along) -> Self {
+    unsafe fn new(origin: __m128, inv: __m128, signs: u8, pad: f32, along: Along) -> Self {
         // SAFETY: by the caller.
         unsafe {
             let sign = _mm_and_ps(inv, _mm_set1_ps(-0.0));
             let sides = &SIDES[usize::from(signs & 7)];
-            match BoxRay::pad(greatest, along.least()) {
-                Some(pad) => {
-                    Self { origin, inv, pad: _mm_or_ps(_mm_set1_ps(pad), sign), sides, along }
-                }
-                None => Self {
-                    origin: _mm_setzero_ps(),
-                    inv: _mm_or_ps(_mm_set1_ps(1.0), sign),
-                    pad: _mm_or_ps(_mm_set1_ps(f32::INFINITY), sign),
-                    sides,
-                    along,
-                },
-            }
+            Self { origin, inv, pad: _mm_or_ps(_mm_set1_ps(pad), sign), sides, along }
         }
     }
 }
@@ -128,67 +124,65 @@ pub(super) unsafe fn prepare(ray: &geometry::Ray, to: &mut PreparedRay) -> Optio
         assert!(offset_of!(PreparedRay, shear) == 44 && offset_of!(PreparedRay, axis) == 56);
         assert!(size_of::<PreparedRay>() == 60);
     };
+    // Of components of the direction between these nothing else is asked.
+    const SMALL: f32 = 1.0 / BoxRay::INV_MAX;
+    const LARGE: f32 = BoxRay::INV_MAX;
     // SAFETY: by the caller. A ray is eight numbers: origin, direction, `t_min`, `t_max`; each load lies in them. Stores lie in the fifteen of a prepared ray.
     unsafe {
-        let numbers = core::ptr::from_ref(ray).cast::<f32>();
-        let signs = _mm_set1_ps(-0.0);
-        let magnitude = |v: __m128| _mm_andnot_ps(signs, v);
-        let whole = _mm256_loadu_ps(numbers);
+        let whole = _mm256_loadu_ps(core::ptr::from_ref(ray).cast());
         let all = _mm256_andnot_ps(_mm256_set1_ps(-0.0), whole);
-        let (finite, any) = (f32::MAX, f32::INFINITY);
+        let (far, any) = (BoxRay::ORIGIN_MAX, f32::INFINITY);
+        let least = _mm256_setr_ps(0.0, 0.0, 0.0, SMALL, SMALL, SMALL, 0.0, 0.0);
+        let most = _mm256_setr_ps(far, far, far, LARGE, LARGE, LARGE, any, any);
         // Not true of a NaN.
-        let limits = _mm256_setr_ps(finite, finite, finite, finite, finite, finite, any, any);
-        if _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LE_OQ>(all, limits)) != 0xff {
-            return None;
+        let above = _mm256_cmp_ps::<_CMP_LE_OQ>(least, all);
+        let below = _mm256_cmp_ps::<_CMP_LE_OQ>(all, most);
+        if _mm256_movemask_ps(_mm256_and_ps(above, below)) != 0xff {
+            // Few are so near an axis, so far away, or so fast or slow.
+            return prepare_rarely(ray, to).then(|| Ray::of(to));
         }
-        let direction = _mm_loadu_ps(numbers.add(3));
-        let size = magnitude(direction);
-        // The least axis among equals.
+        // Of what was loaded already the compiler would take it by way of whole numbers.
+        let direction = _mm_loadu_ps(core::ptr::from_ref(in_place(ray)).cast::<f32>().add(3));
+        let size = _mm_andnot_ps(_mm_set1_ps(-0.0), direction);
         let no_less = |others: __m128| _mm_cmp_ps::<_CMP_GE_OQ>(size, others);
         let yzx = no_less(_mm_shuffle_ps::<0b11_00_10_01>(size, size));
         let zxy = no_less(_mm_shuffle_ps::<0b11_01_00_10>(size, size));
-        let axis = _mm_movemask_ps(_mm_and_ps(yzx, zxy)).trailing_zeros() as u8;
-        let permuted = _mm_permutevar_ps(direction, permute(axis));
+        // The least axis among equals.
+        let axes = _mm_movemask_ps(_mm_and_ps(yzx, zxy)) as u32;
+        let permute = permute_to_first(axes);
+        let permuted = _mm_permutevar_ps(direction, permute);
         let z = _mm_shuffle_ps::<0b10_10_10_10>(permuted, permuted);
-        let greatest_of = _mm_cvtss_f32(magnitude(z));
-        if !(PreparedRay::DIRECTION_MIN..=PreparedRay::DIRECTION_MAX).contains(&greatest_of) {
-            return None;
-        }
         let one = _mm_set1_ps(1.0);
         let shear = _mm_div_ps(_mm_blend_ps::<0b1100>(permuted, one), z);
-        let mut inv = _mm_div_ps(one, direction);
-        let least = _mm_set1_ps(greatest_of * PreparedRay::CLAMP);
-        let small = _mm_cmp_ps::<_CMP_LT_OQ>(size, least);
-        if _mm_movemask_ps(small) & 0b111 != 0 {
-            // Few rays are so near an axis: the others need not wait to know.
-            let raised = _mm_or_ps(least, _mm_and_ps(signs, direction));
-            inv = _mm_div_ps(one, _mm_blendv_ps(direction, raised, small));
-        }
-        let origin = _mm_loadu_ps(numbers);
-        let (t_min, t_max) = (max(ray.t_min, 0.0), min(ray.t_max, f32::MAX));
-        let along = Along::new(axis, first_three(shear), t_min, origin, inv);
-        let greatest = greatest(magnitude(origin));
+        let inv = _mm_div_ps(one, direction);
+        let origin = _mm256_castps256_ps128(whole);
+        // Two components and the ends of `t`.
+        let (none, finite) = (-f32::MAX, f32::MAX);
+        let ends = _mm256_extractf128_ps::<1>(whole);
+        let ends = _mm_max_ps(ends, _mm_setr_ps(none, none, 0.0, -any));
+        let ends = _mm_min_ps(ends, _mm_setr_ps(finite, finite, any, finite));
+        let t_min = _mm_cvtss_f32(_mm_movehl_ps(ends, ends));
         // As `inv` has them, and sooner.
         let signs = _mm_movemask_ps(direction) as u8 & 7;
-        let wide = Ray::new(origin, inv, signs, greatest, along);
+        let greatest = greatest(_mm_andnot_ps(_mm_set1_ps(-0.0), origin));
+        let along = Along::new(permute, shear, t_min, origin, inv);
+        let wide = Ray::new(origin, inv, signs, BoxRay::sound_pad(greatest), along);
         let place = core::ptr::from_mut(to).cast::<f32>();
-        _mm256_storeu_ps(place, whole);
+        _mm256_storeu_ps(place, _mm256_insertf128_ps::<1>(whole, ends));
         _mm_storeu_ps(place.add(8), inv);
         _mm_storeu_ps(place.add(11), shear);
-        (to.axis, to.signs, to.t_min, to.t_max) = (axis, signs, t_min, t_max);
+        (to.axis, to.signs) = (axes.trailing_zeros() as u8, signs);
         Some(wide)
     }
 }
 
-/// # Safety
-/// The machine has AVX2.
-#[inline(always)]
-unsafe fn first_three(v: __m128) -> [f32; 3] {
-    // SAFETY: by the caller.
-    unsafe {
-        let at = |v: __m128| _mm_cvtss_f32(v);
-        [at(v), at(_mm_movehdup_ps(v)), at(_mm_movehl_ps(v, v))]
-    }
+/// Prepares any ray, if it can hit anything.
+#[cold]
+#[inline(never)]
+fn prepare_rarely(ray: &geometry::Ray, to: &mut PreparedRay) -> bool {
+    let prepared = PreparedRay::of(ray);
+    *to = prepared.unwrap_or(PreparedRay::NONE);
+    prepared.is_some()
 }
 
 impl Frame {

@@ -14,7 +14,7 @@ use super::in_place;
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Along {
     origin: [f32; 4],
-    shear: [f32; 3],
+    shear: [f32; 4],
     inv: [f32; 4],
     t_min: f32,
     /// Takes the components x, y, z to the places of `kx, ky, kz`.
@@ -22,7 +22,7 @@ pub(super) struct Along {
 }
 
 /// By `kz`: see [`Along::permute`].
-static PERMUTES: [[i32; 4]; 3] = [[1, 2, 0, 3], [2, 0, 1, 3], [0, 1, 2, 3]];
+const PERMUTES: [[i32; 4]; 3] = [[1, 2, 0, 3], [2, 0, 1, 3], [0, 1, 2, 3]];
 
 /// The numbers of [`PERMUTES`] for an axis.
 ///
@@ -34,6 +34,27 @@ pub(super) unsafe fn permute(axis: u8) -> __m128i {
     unsafe { _mm_loadu_si128(PERMUTES[usize::from(axis.min(2))].as_ptr().cast()) }
 }
 
+/// By a mask of axes, the numbers of [`PERMUTES`] for its first; of none, of the last.
+static FIRST: [[i32; 4]; 8] = {
+    let mut table = [PERMUTES[2]; 8];
+    let mut mask = 1;
+    while mask < 8_usize {
+        table[mask] = PERMUTES[mask.trailing_zeros() as usize];
+        mask += 1;
+    }
+    table
+};
+
+/// The numbers of [`PERMUTES`] for the first axis of a mask.
+///
+/// # Safety
+/// The machine has AVX2.
+#[inline(always)]
+pub(super) unsafe fn permute_to_first(axes: u32) -> __m128i {
+    // SAFETY: by the caller; the load is of a whole array.
+    unsafe { _mm_loadu_si128(FIRST[axes as usize & 7].as_ptr().cast()) }
+}
+
 impl Along {
     /// Of a ray with these numbers of a [`PreparedRay`], its origin and the inverse of its direction.
     ///
@@ -41,26 +62,21 @@ impl Along {
     /// The machine has AVX2.
     #[inline(always)]
     pub(super) unsafe fn new(
-        axis: u8,
-        shear: [f32; 3],
+        permute: __m128i,
+        shear: __m128,
         t_min: f32,
         origin: __m128,
         inv: __m128,
     ) -> Self {
         // SAFETY: by the caller; stores are of whole arrays.
         unsafe {
-            let permute = permute(axis);
-            let mut along = Self { origin: [0.0; 4], shear, inv: [0.0; 4], t_min, permute };
+            let none = [0.0; 4];
+            let mut along = Self { origin: none, shear: none, inv: none, t_min, permute };
             _mm_storeu_ps(along.origin.as_mut_ptr(), _mm_permutevar_ps(origin, permute));
+            _mm_storeu_ps(along.shear.as_mut_ptr(), shear);
             _mm_storeu_ps(along.inv.as_mut_ptr(), _mm_permutevar_ps(inv, permute));
             along
         }
-    }
-
-    /// The least magnitude of the inverse of the direction.
-    #[inline(always)]
-    pub(super) fn least(&self) -> f32 {
-        self.shear[2].abs()
     }
 }
 
@@ -174,7 +190,7 @@ pub(super) unsafe fn quad_of(
     unsafe {
         let at = |row: &Row| *row.get_unchecked(lane);
         let origin = [at(&group.sheared[0]), at(&group.sheared[1]), at(&group.sheared[2]), 0.0];
-        let shear = [at(&group.shear[0]), at(&group.shear[1]), at(&group.shear[2])];
+        let shear = [at(&group.shear[0]), at(&group.shear[1]), at(&group.shear[2]), 0.0];
         let inv = |k: usize| at(group.inv.get_unchecked(k));
         let inv = [inv(kx), inv(ky), inv(kz), 0.0];
         let ray =
