@@ -29,19 +29,23 @@ impl Top {
     pub fn new(file: &KiloView<'_>) -> Self {
         let bytes = file.limits().block_bytes.saturating_mul(file.blocks() as usize);
         let chosen = choose(file, (bytes / BLOCK_BYTES_PER_NODE).clamp(NODES_MIN, NODES_MAX));
-        let mut top = Self { nodes: Vec::with_capacity(chosen.len()), refs: Vec::new() };
-        // Depth first: nodes that one ray visits lie near each other.
-        let mut numbers = vec![0_u32; chosen.len()];
-        let mut order = Vec::with_capacity(chosen.len());
-        let mut stack: Vec<usize> = (!chosen.is_empty()).then_some(0).into_iter().collect();
-        while let Some(index) = stack.pop() {
-            numbers[index] = order.len() as u32;
-            order.push(index);
-            stack.extend(chosen[index].below.iter().rev().flatten());
+        let places = numbered(&chosen);
+        let mut numbers = vec![0; chosen.len()];
+        for (&index, number) in places.iter().zip(0..) {
+            if let Some(index) = index {
+                numbers[index] = number;
+            }
         }
-        for index in order {
-            let Chosen { block, node, below } = chosen[index];
-            let Some((view, node)) = node_of(file, block, node) else { continue };
+        let mut top = Self { nodes: Vec::with_capacity(places.len()), refs: Vec::new() };
+        for index in places {
+            let stored = index.and_then(|index| {
+                let Chosen { block, node, below } = chosen[index];
+                Some((block, node_of(file, block, node)?, below))
+            });
+            let Some((block, (view, node), below)) = stored else {
+                top.nodes.push(ExpandedNode::NONE);
+                continue;
+            };
             let child =
                 std::array::from_fn(|slot| match (below[slot], Child::decode(node.child[slot])) {
                     (Some(index), _) => ExpandedChild::Node(numbers[index]),
@@ -72,6 +76,36 @@ impl Top {
     pub fn bytes(&self) -> usize {
         ExpandedTop::new(&self.nodes, &self.refs).bytes()
     }
+}
+
+/// These nodes by number; some numbers are nobody's. The root is 0, and the numbers of a node's children differ as their slots do, so that a child's follows from
+/// its slot (a double array: Aoe 1989). Nodes that one ray visits lie near each other: depth first, each node's children together.
+fn numbered(chosen: &[Chosen]) -> Vec<Option<usize>> {
+    /// What is left free so far back stays so, or more and more of it would be gone through.
+    const BACK: usize = 256;
+    let root = (!chosen.is_empty()).then_some(0);
+    let mut places: Vec<Option<usize>> = root.into_iter().map(Some).collect();
+    let mut free = 0;
+    let mut stack: Vec<usize> = root.into_iter().collect();
+    while let Some(index) = stack.pop() {
+        let below = &chosen[index].below;
+        let slots = || below.iter().zip(0..).filter_map(|(child, slot)| Some((slot, (*child)?)));
+        let Some((least, _)) = slots().next() else { continue };
+        free = free.max(places.len().saturating_sub(BACK));
+        while places.get(free).is_some_and(Option::is_some) {
+            free += 1;
+        }
+        let mut first = free.saturating_sub(least);
+        while slots().any(|(slot, _)| places.get(first + slot).is_some_and(Option::is_some)) {
+            first += 1;
+        }
+        for (slot, child) in slots() {
+            places.resize(places.len().max(first + slot + 1), None);
+            places[first + slot] = Some(child);
+        }
+        stack.extend(below.iter().rev().flatten());
+    }
+    places
 }
 
 /// A node that is expanded.

@@ -146,7 +146,14 @@ impl<P: PutDown> Lanes for Wide<P> {
         unsafe {
             let hits = boxes::expanded(frame, node, span);
             let children = Children::Expanded(_mm256_load_si256(node.child.as_ptr().cast()));
-            let first = |slot: usize| node.child[slot & 7];
+            let first = |slot: usize| {
+                // A branch, which in place it stays: the next node need not wait for a child to be read.
+                if node.nodes >> (slot & 7) & 1 == 1 {
+                    node.first.wrapping_add(slot as u32)
+                } else {
+                    in_place(node).child[slot & 7]
+                }
+            };
             P::put_down(&hits, turn, turn.of_node(&node.order), children, first, None, to)
         }
     }

@@ -19,8 +19,12 @@ pub struct ExpandedNode {
     pub child: [u32; 8],
     /// [`Node::order`].
     pub order: [u32; 4],
+    /// What `nodes` count from: child `s` of them is node `first + s`.
+    pub first: u32,
+    /// Slots, by bits, whose child is known from there: what comes next need not wait until it is read.
+    pub nodes: u32,
     /// Zero.
-    pub _zero: [u32; 4],
+    pub _zero: [u32; 2],
 }
 
 /// A child of an [`ExpandedNode`].
@@ -92,12 +96,33 @@ impl ExpandedChild {
 }
 
 impl ExpandedNode {
+    /// A node without children.
+    pub const NONE: Self = Self {
+        lo: [[0.0; 8]; 3],
+        hi: [[0.0; 8]; 3],
+        child: [ExpandedTop::EMPTY; 8],
+        order: [0; 4],
+        first: 0,
+        nodes: 0,
+        _zero: [0; 2],
+    };
+
     /// A node of a block in scene coordinates, with the children that it is to have, by slot.
     #[must_use]
     pub fn of(view: &BlockView<'_>, node: &Node, child: [ExpandedChild; 8]) -> Self {
         let BlockHeader { origin, scale, .. } = *view.header();
-        let child = child.map(ExpandedChild::encode);
-        let mut to = Self { child, order: node.order, ..Self::zeroed() };
+        let bits = child.map(ExpandedChild::encode);
+        let (mut first, mut nodes) = (0, 0);
+        for (slot, child) in (0_u32..).zip(child) {
+            if let ExpandedChild::Node(index) = child {
+                let of_first = index.wrapping_sub(slot);
+                if nodes == 0 {
+                    first = of_first;
+                }
+                nodes |= u32::from(of_first == first) << slot;
+            }
+        }
+        let mut to = Self { child: bits, order: node.order, first, nodes, ..Self::NONE };
         for (to, from) in [(&mut to.lo, &node.lo), (&mut to.hi, &node.hi)] {
             for (((to, from), origin), scale) in to.iter_mut().zip(from).zip(origin).zip(scale) {
                 for (to, &q) in to.iter_mut().zip(from) {

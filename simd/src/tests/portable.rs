@@ -213,6 +213,7 @@ proptest! {
         origin in prop::array::uniform3(-1f32..1.0),
         scale in prop::array::uniform3(-80_i32..2),
         child: [u16; 8],
+        (first, known) in any::<(u16, u8)>(),
         (signs, from_end) in (0_u8..8, any::<bool>()),
         span in (prop_oneof![Just(0.0), 0f32..2.0], number()),
     ) {
@@ -226,9 +227,14 @@ proptest! {
         let expanded = ExpandedNode {
             lo: low,
             hi: high,
-            child: child.map(u32::from),
+            child: std::array::from_fn(|slot| match known >> slot & 1 {
+                1 => u32::from(first) + slot as u32,
+                _ => child[slot].into(),
+            }),
             order,
-            _zero: [0; 4],
+            first: first.into(),
+            nodes: known.into(),
+            _zero: [0; 2],
         };
         let (turn, nodes) = (Turn::new(signs, from_end), (&header, &node, &expanded));
         prop_assert_eq!(
