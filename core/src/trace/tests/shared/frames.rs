@@ -2,7 +2,7 @@ use super::scenes::{Random, clutter, rays};
 use super::writer::{bounds, write};
 use super::{Grown, check};
 use crate::block::format::{Child, Node, order_of};
-use crate::block::{BlockView, ExpandedTop, SPHERES};
+use crate::block::{BlockView, ExpandedNode, ExpandedTop, SPHERES};
 use crate::geometry::{Aabb, PreparedRay};
 use crate::trace::{Beam, GROUP, Group, Kind, Lanes, Met, Places, Scalar, Turn};
 
@@ -33,10 +33,11 @@ pub(crate) fn enclose(lanes: impl Lanes) {
                 tested += encloses(ray, &view, node, slots);
                 let frame = lanes.frame(&prepared, &ExpandedTop::FRAME);
                 // Children that are their slots.
-                let mut named = *at;
+                let mut named = ExpandedNode { first: 0, nodes: 0, ..*at };
                 for (slot, child) in named.child.iter_mut().enumerate() {
                     if *child != ExpandedTop::EMPTY {
                         *child = slot as u32;
+                        named.nodes |= 1 << slot;
                     }
                 }
                 let slots = |span, near: &mut _| {
