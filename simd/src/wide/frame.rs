@@ -9,7 +9,7 @@ use kiloray_core::geometry::{self, PreparedRay};
 use kiloray_core::trace::BoxRay;
 
 use super::in_place;
-use super::record::{Along, permute, permute_to_first};
+use super::record::{Along, permute};
 
 /// A ray in the frame of a block; the fourth numbers mean nothing.
 #[derive(Debug, Clone, Copy)]
@@ -71,7 +71,8 @@ impl Ray {
             let (origin, inv) = (vector(ray.origin.to_array()), vector(ray.inv.to_array()));
             let [x, y, z] = ray.shear;
             let shear = _mm_setr_ps(x, y, z, 0.0);
-            let along = Along::new(permute(ray.axis), shear, ray.t_min, origin, inv);
+            let permute = permute(1_u32.unbounded_shl(ray.axis.into()));
+            let along = Along::new(permute, shear, ray.t_min, origin, inv);
             let greatest = greatest(_mm_andnot_ps(_mm_set1_ps(-0.0), origin));
             if let Some(pad) = BoxRay::pad(greatest, z.abs()) {
                 return Self::new(origin, inv, ray.signs, pad, along);
@@ -149,7 +150,7 @@ pub(super) unsafe fn prepare(ray: &geometry::Ray, to: &mut PreparedRay) -> Optio
         let zxy = no_less(_mm_shuffle_ps::<0b11_01_00_10>(size, size));
         // The least axis among equals.
         let axes = _mm_movemask_ps(_mm_and_ps(yzx, zxy)) as u32;
-        let permute = permute_to_first(axes);
+        let permute = permute(axes);
         let permuted = _mm_permutevar_ps(direction, permute);
         let z = _mm_shuffle_ps::<0b10_10_10_10>(permuted, permuted);
         let one = _mm_set1_ps(1.0);

@@ -21,38 +21,20 @@ pub(super) struct Along {
     permute: __m128i,
 }
 
-/// By `kz`: see [`Along::permute`].
-const PERMUTES: [[i32; 4]; 3] = [[1, 2, 0, 3], [2, 0, 1, 3], [0, 1, 2, 3]];
-
-/// The numbers of [`PERMUTES`] for an axis.
-///
-/// # Safety
-/// The machine has AVX2.
-#[inline(always)]
-pub(super) unsafe fn permute(axis: u8) -> __m128i {
-    // SAFETY: by the caller; the load is of a whole array.
-    unsafe { _mm_loadu_si128(PERMUTES[usize::from(axis.min(2))].as_ptr().cast()) }
-}
-
-/// By a mask of axes, the numbers of [`PERMUTES`] for its first; of none, of the last.
-static FIRST: [[i32; 4]; 8] = {
-    let mut table = [PERMUTES[2]; 8];
-    let mut mask = 1;
-    while mask < 8_usize {
-        table[mask] = PERMUTES[mask.trailing_zeros() as usize];
-        mask += 1;
-    }
-    table
+/// By a mask of axes, for its first as `kz`: see [`Along::permute`]. Of none, for the last.
+static PERMUTES: [[i32; 4]; 8] = {
+    let (x, y, z) = ([1, 2, 0, 3], [2, 0, 1, 3], [0, 1, 2, 3]);
+    [z, x, y, x, z, x, y, x]
 };
 
-/// The numbers of [`PERMUTES`] for the first axis of a mask.
+/// The numbers of [`PERMUTES`] for a mask of axes.
 ///
 /// # Safety
 /// The machine has AVX2.
 #[inline(always)]
-pub(super) unsafe fn permute_to_first(axes: u32) -> __m128i {
+pub(super) unsafe fn permute(axes: u32) -> __m128i {
     // SAFETY: by the caller; the load is of a whole array.
-    unsafe { _mm_loadu_si128(FIRST[axes as usize & 7].as_ptr().cast()) }
+    unsafe { _mm_loadu_si128(PERMUTES[axes as usize & 7].as_ptr().cast()) }
 }
 
 impl Along {
