@@ -50,8 +50,8 @@ impl Top {
                 std::array::from_fn(|slot| match (below[slot], Child::decode(node.child[slot])) {
                     (Some(index), _) => ExpandedChild::Node(numbers[index]),
                     (None, Child::Empty) => ExpandedChild::Empty,
-                    (None, Child::Leaf { first, count }) if block < ExpandedChild::LEAF_BLOCKS => {
-                        ExpandedChild::Leaf { block, at: view.record_at(first), count }
+                    (None, Child::Leaf { at, count }) if block < ExpandedChild::LEAF_BLOCKS => {
+                        ExpandedChild::Leaf { block, at, count }
                     }
                     (None, child) => {
                         let to = inside(&view, child)

@@ -66,20 +66,21 @@ fn head(header: &BlockHeader, block: u32, limits: &BlockLimits) -> Result<(), Bl
 #[cfg_attr(feature = "bundles", inline(always))]
 fn parts(view: &BlockView<'_>) -> Result<(), BlockError> {
     let header = view.header();
-    if header.nodes == 0
-        || usize::from(header.nodes) > NODES_MAX
-        || header.records > 4096
-        || header.refs > 4096
-        || view.content_end() + 4 > view.bytes().len()
-    {
+    if header.nodes == 0 || header.refs > 4096 {
         return Err(BlockError::Counts);
     }
-    // Without an early end these loops are a few instructions for many bytes.
+    let (before, behind) = view.padding().ok_or(BlockError::Counts)?;
+    if is_zero(before) & is_zero(behind) { Ok(()) } else { Err(BlockError::Reserved) }
+}
+
+/// Whether all words are zero. Without an early end that is a few instructions for many of them.
+#[cfg_attr(feature = "bundles", inline(always))]
+fn is_zero(words: &[u32]) -> bool {
     let mut any = 0;
-    for byte in view.bytes().get(view.content_end()..).unwrap_or_default() {
-        any |= byte;
+    for word in words {
+        any |= word;
     }
-    if any == 0 { Ok(()) } else { Err(BlockError::Reserved) }
+    any == 0
 }
 
 #[cfg_attr(feature = "bundles", inline(always))]
@@ -199,7 +200,7 @@ fn refs(view: &BlockView<'_>, block: u32, limits: &BlockLimits) -> Result<(), Bl
 #[cfg_attr(feature = "bundles", inline(always))]
 fn tree(view: &BlockView<'_>) -> Result<(), BlockError> {
     let header = view.header();
-    let below = limits_of(header);
+    let (below, records_at) = (limits_of(header), view.records_at() as u16);
     // Levels above each node, by index; roots keep 0. A node with a parent has 1 or more. What is no node has the last place.
     let mut above = [0u8; NODES_MAX + 1];
     for (i, node) in (0u16..).zip(view.nodes()) {
@@ -218,6 +219,8 @@ fn tree(view: &BlockView<'_>) -> Result<(), BlockError> {
         let (mut wrong, mut refs) = (0_u32, false);
         for &bits in &node.child {
             let (kind, index) = (bits >> 12, bits & 0xfff);
+            // The records of a leaf are counted from the begin of the block.
+            let index = if kind & LEAF != 0 { index.wrapping_sub(records_at) } else { index };
             let is_node = kind == NODE;
             let place = if is_node { usize::from(index) } else { NODES_MAX };
             // One bit for each slot, of the first the lowest.
@@ -245,6 +248,8 @@ fn tree(view: &BlockView<'_>) -> Result<(), BlockError> {
 /// The upper four bits of a child that is a node of this block, and of one of another.
 const NODE: u16 = 0;
 const REF: u16 = 1;
+/// Among them, of a leaf.
+const LEAF: u16 = 4;
 
 /// By the upper four bits of a child: what its lower twelve are below. Nothing is below 0.
 fn limits_of(header: &BlockHeader) -> [u16; 16] {

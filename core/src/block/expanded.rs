@@ -38,7 +38,7 @@ pub enum ExpandedChild {
     Leaf {
         /// The block.
         block: u32,
-        /// [Where](BlockView::record_at) in it the records begin.
+        /// Where in it the records begin, as in a [`Child`](super::format::Child).
         at: u16,
         /// How many there are: 1 to 4.
         count: u16,

@@ -7,14 +7,14 @@
 //! | part | length | begins at |
 //! | --- | --- | --- |
 //! | [`BlockHeader`] | 64 | 0 |
-//! | [`Node`]s | 128 × `nodes` | 64 |
-//! | [`Record`]s | 16 × `records` | behind the nodes, a multiple of 16 |
-//! | vertices, three `f32` each | 12 × `vertices` | behind the records, a multiple of 16 |
+//! | vertices, three `f32` each | 12 × `vertices` | 64 |
 //! | shading normals, a [code](super::octahedral) for each vertex; only with [`FLAG_NORMALS`] | 4 × `vertices` | behind the vertices |
 //! | [`Ref`]s | 8 × `refs` | behind the normals |
-//! | zeros | at least 4 | to the end of the block |
+//! | [`Record`]s | 16 × `records` | behind the references, the next multiple of 16 |
+//! | [`Node`]s, the last first | 128 × `nodes` | so that they end with the block |
 //!
-//! The last four bytes of a block are always zero padding, so that sixteen bytes can be read at any vertex.
+//! What lies between the parts is zero. So a node, the records of a leaf and a vertex are found by index, and the header is read for none of them; and sixteen bytes
+//! can be read at any vertex.
 //!
 //! # The frame of a block
 //!
@@ -37,7 +37,7 @@
 //! | bits | meaning |
 //! | --- | --- |
 //! | 15 | zero |
-//! | 14 = 1 | leaf: bits 0–11 the first record, bits 12–13 the number of records less one |
+//! | 14 = 1 | leaf: bits 0–11 where its records begin, in records (16 bytes) from the begin of the block; bits 12–13 their number less one |
 //! | 14 = 0, 13–12 = 00 | node of this block: bits 0–11 its index |
 //! | 14 = 0, 13–12 = 01 | reference: bits 0–11 the index of a [`Ref`] |
 //! | 14 = 0, 13–12 = 11 | empty, bits 0–11 zero |
@@ -65,7 +65,7 @@ use bytemuck::{Pod, Zeroable};
 /// The first four bytes of a file.
 pub const MAGIC: [u8; 4] = *b"KILO";
 /// The version of this layout. A reader refuses any other.
-pub const VERSION: u32 = 3;
+pub const VERSION: u32 = 4;
 /// Least size of a block.
 pub const BLOCK_BYTES_MIN: usize = 1 << 10;
 /// Greatest size of a block.
@@ -159,8 +159,8 @@ pub enum Child {
     Node(u16),
     /// Records of this block.
     Leaf {
-        /// Index of the first.
-        first: u16,
+        /// Where the first begins, in records from the begin of the block.
+        at: u16,
         /// How many: 1 to 4.
         count: u16,
     },
@@ -178,7 +178,7 @@ impl Child {
     pub const fn decode(bits: u16) -> Self {
         let index = bits & 0x0fff;
         if bits & 0x4000 != 0 {
-            Self::Leaf { first: index, count: (bits >> 12 & 3) + 1 }
+            Self::Leaf { at: index, count: (bits >> 12 & 3) + 1 }
         } else {
             match bits >> 12 & 3 {
                 0 => Self::Node(index),
@@ -195,9 +195,7 @@ impl Child {
             Self::Empty => 0x3000,
             Self::Node(index) => index & 0x0fff,
             Self::Ref(index) => 0x1000 | index & 0x0fff,
-            Self::Leaf { first, count } => {
-                0x4000 | (count.wrapping_sub(1) & 3) << 12 | first & 0x0fff
-            }
+            Self::Leaf { at, count } => 0x4000 | (count.wrapping_sub(1) & 3) << 12 | at & 0x0fff,
         }
     }
 }
@@ -312,7 +310,7 @@ mod tests {
                 assert_eq!(Child::decode(child.encode() | 0x8000), child);
             }
             for count in 1..=4 {
-                let leaf = Child::Leaf { first: i, count };
+                let leaf = Child::Leaf { at: i, count };
                 assert_eq!(Child::decode(leaf.encode()), leaf);
             }
         }

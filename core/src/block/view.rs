@@ -13,33 +13,21 @@ use super::format::{BlockHeader, FLAG_NORMALS, Node, Record, Ref};
 pub struct BlockView<'a> {
     quads: &'a [Quad],
     header: &'a BlockHeader,
-    /// Where the parts begin, in quads.
-    records_at: usize,
-    vertices_at: usize,
 }
 
 /// The vertices of a block, as numbers, for lanes that load them: vertex `i` is words `3 i` to `3 i + 2`.
-///
-/// # Invariants
-/// Word `3 i + 3` exists as well for each vertex `i` below [`count`](Self::count), whatever the block.
 #[derive(Debug, Clone, Copy)]
 pub struct Vertices<'a> {
     words: &'a [f32],
-    count: usize,
 }
 
 impl<'a> Vertices<'a> {
-    /// The words of vertices, of which there are so many if the words are enough.
-    #[inline(always)]
-    fn new(words: &'a [f32], count: usize) -> Self {
-        Self { words, count: if 3 * count < words.len() { count } else { 0 } }
-    }
-
-    /// How many there are.
+    /// How many could be loaded, whatever lies there: word `3 i + 3` exists as well for each vertex `i` below it. (How many the block has would have to be
+    /// read from its header.)
     #[inline(always)]
     #[must_use]
     pub const fn count(&self) -> usize {
-        self.count
+        self.words.len().saturating_sub(1) / 3
     }
 
     /// All words from the first vertex on.
@@ -118,6 +106,7 @@ pub(crate) static NO_HEADER: BlockHeader = BlockHeader {
 };
 
 const HEADER_QUADS: usize = size_of::<BlockHeader>() / size_of::<Quad>();
+const HEADER_WORDS: usize = size_of::<BlockHeader>() / size_of::<u32>();
 const NODE_QUADS: usize = size_of::<Node>() / size_of::<Quad>();
 
 impl<'a> BlockView<'a> {
@@ -155,9 +144,7 @@ impl<'a> BlockView<'a> {
             Some(head) => bytemuck::cast_ref(head),
             None => &NO_HEADER,
         };
-        let records_at = HEADER_QUADS + NODE_QUADS * usize::from(header.nodes);
-        let vertices_at = records_at + usize::from(header.records);
-        Self { quads, header, records_at, vertices_at }
+        Self { quads, header }
     }
 
     /// The first 64 bytes.
@@ -178,69 +165,64 @@ impl<'a> BlockView<'a> {
     #[inline(always)]
     #[must_use]
     pub fn node(&self, index: u16) -> Option<&'a Node> {
-        let at = HEADER_QUADS + NODE_QUADS * usize::from(index);
-        let quads = self.quads.get(at..at + NODE_QUADS)?.first_chunk::<NODE_QUADS>()?;
+        let end = self.quads.len().checked_sub(NODE_QUADS * usize::from(index))?;
+        let quads = self.quads.get(..end)?.last_chunk::<NODE_QUADS>()?;
         Some(bytemuck::cast_ref(quads))
     }
 
-    /// All nodes.
+    /// All nodes, by index.
     #[must_use]
-    pub fn nodes(&self) -> &'a [Node] {
-        self.part(HEADER_QUADS * 16, usize::from(self.header.nodes))
+    pub fn nodes(&self) -> impl DoubleEndedIterator<Item = &'a Node> + ExactSizeIterator + use<'a> {
+        let nodes: &[Node] =
+            bytemuck::cast_slice(self.quads.get(self.nodes_at()..).unwrap_or_default());
+        nodes.iter().rev()
     }
 
-    /// The record with this index.
+    /// So many records that begin here, in records from the begin of the block; none if they are not all there.
     #[inline(always)]
     #[must_use]
-    pub fn record(&self, index: u16) -> Option<&'a Record> {
-        self.quads.get(self.records_at + usize::from(index)).map(bytemuck::cast_ref)
-    }
-
-    /// So many records from an index on; none if they are not all there.
-    #[inline(always)]
-    #[must_use]
-    pub fn leaf(&self, first: u16, count: u16) -> &'a [Record] {
-        let from = self.records_at + usize::from(first);
-        bytemuck::cast_slice(self.quads.get(from..from + usize::from(count)).unwrap_or_default())
-    }
-
-    /// Where in the block the record with this index lies, in records from its begin: below 4096.
-    #[inline(always)]
-    #[must_use]
-    pub fn record_at(&self, index: u16) -> u16 {
-        (self.records_at as u16).wrapping_add(index)
-    }
-
-    /// So many records that lie here; none if they are not all there.
-    #[inline(always)]
-    pub(crate) fn records_from(&self, at: u16, count: u16) -> &'a [Record] {
+    pub fn leaf(&self, at: u16, count: u16) -> &'a [Record] {
         let from = usize::from(at);
         bytemuck::cast_slice(self.quads.get(from..from + usize::from(count)).unwrap_or_default())
+    }
+
+    /// Whether it has these records.
+    pub(crate) fn has_records(&self, at: u16, count: u16) -> bool {
+        let first = at.wrapping_sub(self.records_at() as u16);
+        first.saturating_add(count) <= self.header.records
     }
 
     /// All records.
     #[must_use]
     pub fn records(&self) -> &'a [Record] {
-        self.part(self.records_at * 16, usize::from(self.header.records))
+        self.leaf(self.records_at() as u16, self.header.records)
     }
 
-    /// All bytes from the first vertex to the end of the block, as `f32`: vertex `i` is words `3 i` to `3 i + 2`.
+    /// The words of the block from one on, so many; none if they are not all there.
+    #[inline(always)]
+    fn words(&self, at: usize, len: usize) -> &'a [u32] {
+        let words: &[u32] = bytemuck::cast_slice(self.quads);
+        words.get(at..at + len).unwrap_or_default()
+    }
+
+    /// All words from the first vertex to the end of the block, as `f32`: vertex `i` is words `3 i` to `3 i + 2`.
     #[inline(always)]
     fn vertex_words(&self) -> &'a [f32] {
-        bytemuck::cast_slice(self.quads.get(self.vertices_at..).unwrap_or_default())
+        bytemuck::cast_slice(self.quads.get(HEADER_QUADS..).unwrap_or_default())
     }
 
     /// All vertices, to be loaded as numbers.
     #[inline(always)]
     #[must_use]
     pub fn vertex_numbers(&self) -> Vertices<'a> {
-        Vertices::new(self.vertex_words(), usize::from(self.header.vertices))
+        Vertices { words: self.vertex_words() }
     }
 
     /// All vertices.
     #[must_use]
     pub fn vertices(&self) -> &'a [[f32; 3]] {
-        self.part(self.vertices_at * 16, usize::from(self.header.vertices))
+        let words = self.words(HEADER_WORDS, 3 * usize::from(self.header.vertices));
+        bytemuck::cast_slice(words.as_chunks::<3>().0)
     }
 
     /// The vertex with this index.
@@ -254,8 +236,7 @@ impl<'a> BlockView<'a> {
     /// The [codes](super::octahedral) of the shading normals, by vertex; empty without normals.
     #[must_use]
     pub fn normals(&self) -> &'a [u32] {
-        let len = if self.header.flags & FLAG_NORMALS != 0 { self.header.vertices } else { 0 };
-        self.part(self.normals_at(), usize::from(len))
+        self.words(self.normals_at(), self.normal_count())
     }
 
     /// The code of the shading normal at a vertex.
@@ -267,53 +248,61 @@ impl<'a> BlockView<'a> {
     /// All references to other blocks.
     #[must_use]
     pub fn refs(&self) -> &'a [Ref] {
-        self.part(self.refs_at(), usize::from(self.header.refs))
+        let words = self.words(self.refs_at(), 2 * usize::from(self.header.refs));
+        bytemuck::cast_slice(words.as_chunks::<2>().0)
     }
 
     /// The reference with this index.
     #[inline(always)]
     #[must_use]
     pub fn reference(&self, index: u16) -> Option<Ref> {
-        let words: &[Ref2] = bytemuck::cast_slice(self.quads);
-        let at = self.refs_at() / 4 + 2 * usize::from(index);
-        let [[block], [node]] = *words.get(at..)?.first_chunk::<2>()?;
+        let [block, node] =
+            *self.words(self.refs_at() + 2 * usize::from(index), 2).first_chunk::<2>()?;
         Some(Ref { block, node: node as u16, _zero: 0 })
     }
 
-    /// Where the normals begin, in bytes.
+    #[inline(always)]
+    fn normal_count(&self) -> usize {
+        usize::from(self.header.flags & FLAG_NORMALS) * usize::from(self.header.vertices)
+    }
+
+    /// Where the normals begin, in words.
     #[inline(always)]
     fn normals_at(&self) -> usize {
-        self.vertices_at * 16 + 12 * usize::from(self.header.vertices)
+        HEADER_WORDS + 3 * usize::from(self.header.vertices)
     }
 
-    /// Where the references begin, in bytes: a multiple of 4.
+    /// Where the references begin, in words.
     #[inline(always)]
     fn refs_at(&self) -> usize {
-        let normals = usize::from(self.header.flags & FLAG_NORMALS);
-        self.normals_at() + 4 * normals * usize::from(self.header.vertices)
+        self.normals_at() + self.normal_count()
     }
 
-    /// Where the padding begins, in bytes.
-    pub(super) fn content_end(&self) -> usize {
-        self.refs_at() + size_of::<Ref>() * usize::from(self.header.refs)
+    /// Where they end, in words.
+    #[inline(always)]
+    fn refs_end(&self) -> usize {
+        self.refs_at() + 2 * usize::from(self.header.refs)
     }
 
-    pub(super) fn bytes(&self) -> &'a [u8] {
-        bytemuck::cast_slice(self.quads)
+    /// Where the records begin, in records.
+    #[cfg_attr(not(feature = "bundles"), inline(never))]
+    pub(super) fn records_at(&self) -> usize {
+        self.refs_end().div_ceil(4)
     }
 
-    /// `len` values at byte `at`, none if they do not fit.
-    fn part<T: Pod>(&self, at: usize, len: usize) -> &'a [T] {
-        let bytes = at
-            .checked_add(len * size_of::<T>())
-            .and_then(|end| self.bytes().get(at..end))
-            .unwrap_or_default();
-        bytemuck::try_cast_slice(bytes).unwrap_or_default()
+    /// Where the nodes begin, in quads; behind the end if they are longer than the block.
+    fn nodes_at(&self) -> usize {
+        self.quads.len().wrapping_sub(NODE_QUADS * usize::from(self.header.nodes))
+    }
+
+    /// The words that are to be zero: those between references and records, and those between records and nodes. `None` if the parts are longer than the
+    /// block.
+    pub(super) fn padding(&self) -> Option<(&'a [u32], &'a [u32])> {
+        let (end, at) = (self.refs_end(), self.records_at());
+        let between = self.quads.get(at + usize::from(self.header.records)..self.nodes_at())?;
+        Some((self.words(end, 4 * at - end), bytemuck::cast_slice(between)))
     }
 }
-
-/// Half a [`Ref`].
-type Ref2 = [u32; 1];
 
 #[cfg(test)]
 mod tests {

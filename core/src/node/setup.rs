@@ -87,8 +87,8 @@ impl Setup {
     /// did not say where points live, and rays did not say in which block they hit; 3 had a camera that did not divide
     /// pixels among their samples; 4 did not say how many lights a point asks; 5 did not number requests; 6 made other shadow rays, 7 had other
     /// units of very bright and very dim scenes, 9 other light behind balls of glass and on polished surfaces, 10 other
-    /// ways to the host, 12 sums of eight bytes a channel.)
-    pub const VERSION: u32 = 13;
+    /// ways to the host, 12 sums of eight bytes a channel, 13 blocks with their nodes first.)
+    pub const VERSION: u32 = 14;
     /// Its length.
     pub const BYTES: usize = size_of::<Self>();
 

@@ -1,4 +1,4 @@
-use crate::block::format::{Child, DEPTH_MAX};
+use crate::block::format::{Child, DEPTH_MAX, Record};
 use crate::block::{BlockSource, BlockView};
 use crate::geometry::{Aabb, Planes, PreparedRay, Primitive, Pyramid};
 use crate::scene::Light;
@@ -127,8 +127,8 @@ impl<F: FnMut(&Primitive) -> bool> Search<F> {
                     let to = view.reference(index)?;
                     Level { block: to.block, node: to.node, next: 0, planes }
                 }
-                Child::Leaf { first, count } => {
-                    if self.is_obstructed(view, first, count, planes) {
+                Child::Leaf { at, count } => {
+                    if self.is_obstructed(view, view.leaf(at, count), planes) {
                         return Some(Leave::Answer(false));
                     }
                     continue;
@@ -141,15 +141,9 @@ impl<F: FnMut(&Primitive) -> bool> Search<F> {
     }
 
     /// Whether a primitive of a leaf may be in the way.
-    fn is_obstructed(
-        &mut self,
-        view: &BlockView<'_>,
-        first: u16,
-        count: u16,
-        planes: Planes,
-    ) -> bool {
+    fn is_obstructed(&mut self, view: &BlockView<'_>, records: &[Record], planes: Planes) -> bool {
         let Self { pyramid, is_behind, .. } = self;
-        (first..first.saturating_add(count)).filter_map(|index| view.record(index)).any(|record| {
+        records.iter().any(|record| {
             primitives(view, record).any(|p| pyramid.touches(&p, planes) && !is_behind(&p))
         })
     }

@@ -182,7 +182,8 @@ mod tests {
                 ..BlockHeader::zeroed()
             };
             into[..64].copy_from_slice(bytemuck::bytes_of(&header));
-            into[64..192].copy_from_slice(bytemuck::bytes_of(&crate::block::format::Node::EMPTY));
+            into[BLOCK - 128..]
+                .copy_from_slice(bytemuck::bytes_of(&crate::block::format::Node::EMPTY));
             let crc = checksum(&into[4..]);
             into[..4].copy_from_slice(&crc.to_le_bytes());
             if block == 3 {

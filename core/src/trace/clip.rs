@@ -240,10 +240,10 @@ impl<'w> Clip<'w> {
                     depth += 1;
                     *levels.get_mut(depth)? = Level { node, next: 0, planes };
                 }
-                Child::Leaf { first, count } => {
+                Child::Leaf { at, count } => {
                     // The rest of a block has had its leaves looked at.
                     if entry.state == State::Waiting {
-                        found.touched |= self.leaf(view, (first, count), planes);
+                        found.touched |= self.leaf(view, view.leaf(at, count), planes);
                     }
                 }
                 Child::Ref(index) => {
@@ -271,9 +271,9 @@ impl<'w> Clip<'w> {
     }
 
     /// Whether the bundle may touch primitives of a leaf.
-    fn leaf(&mut self, view: &BlockView<'_>, (first, count): (u16, u16), planes: Planes) -> bool {
+    fn leaf(&mut self, view: &BlockView<'_>, records: &[Record], planes: Planes) -> bool {
         let mut touched = 0;
-        for record in (first..first.saturating_add(count)).filter_map(|index| view.record(index)) {
+        for record in records {
             for primitive in primitives(view, record) {
                 touched += u32::from(self.pyramid.touches(&primitive, planes));
             }

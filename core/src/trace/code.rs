@@ -27,7 +27,7 @@ pub(super) const fn is_ref(child: u16) -> bool {
     child & KIND == REF
 }
 
-/// The first record of a leaf, and how many.
+/// Where the records of a leaf begin, and how many there are.
 #[inline(always)]
 pub(super) const fn records(leaf: u16) -> (u16, u16) {
     (leaf & INDEX, (leaf >> 12 & 3) + 1)
@@ -48,8 +48,8 @@ mod tests {
             match Child::decode(bits) {
                 Child::Node(i) => assert!(is_node(bits) && i == bits & INDEX),
                 Child::Ref(i) => assert!(is_ref(bits) && i == bits & INDEX),
-                Child::Leaf { first, count } => {
-                    assert!(is_leaf(bits) && records(bits) == (first, count));
+                Child::Leaf { at, count } => {
+                    assert!(is_leaf(bits) && records(bits) == (at, count));
                 }
                 Child::Empty => assert!(!is_node(bits) && !is_ref(bits) && !is_leaf(bits)),
             }

@@ -193,10 +193,10 @@ impl<
                             visited: &mut *visited,
                         };
                         let records = match of_top {
-                            Some((_, at, count)) => view.records_from(at, count),
+                            Some((_, at, count)) => view.leaf(at, count),
                             None => {
-                                let (first, count) = records(bits);
-                                view.leaf(first, count)
+                                let (at, count) = records(bits);
+                                view.leaf(at, count)
                             }
                         };
                         let changed = if COHERENT {

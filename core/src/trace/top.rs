@@ -56,7 +56,7 @@ pub(super) fn in_top<L: Lanes, S: BlockSource, Q: Query>(
             };
             visited.blocks = visited.blocks.wrapping_add(1);
             at.tests();
-            let records = view.records_from(at_record, count);
+            let records = view.leaf(at_record, count);
             let renew = |ray: &_| lanes.renew(frame, ray, &ExpandedTop::FRAME);
             if leaf(lanes, &view, records, prepared, crossings, ray, &mut t_max, query, renew) {
                 break Ok(Leave::Done);

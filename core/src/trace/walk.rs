@@ -11,7 +11,7 @@ use super::stack::{Height, Next, Stack};
 use super::top::{TOP, in_top};
 use super::tracer::Search;
 use super::turn::Turn;
-use crate::block::format::{BlockHeader, Child};
+use crate::block::format::Child;
 use crate::block::{BlockSource, BlockView, ExpandedTop};
 use crate::geometry::{PreparedRay, Ray};
 use crate::real::Part;
@@ -82,7 +82,7 @@ impl Run {
     #[inline(always)]
     pub(super) fn enters(&mut self, view: &BlockView<'_>, visited: &mut Visited) -> bool {
         visited.blocks = visited.blocks.wrapping_add(1);
-        !core::mem::take(&mut self.unchecked) || has(view.header(), self.at.child())
+        !core::mem::take(&mut self.unchecked) || has(view, self.at.child())
     }
 
     /// Goes through a reference. `false`: the block is not sound.
@@ -99,11 +99,12 @@ impl Run {
 /// Whether a block has a child.
 #[cold]
 #[inline(never)]
-fn has(header: &BlockHeader, child: u16) -> bool {
+fn has(view: &BlockView<'_>, child: u16) -> bool {
+    let header = view.header();
     match Child::decode(child) {
         Child::Node(node) => node < header.nodes,
         Child::Ref(index) => index < header.refs,
-        Child::Leaf { first, count } => first.saturating_add(count) <= header.records,
+        Child::Leaf { at, count } => view.has_records(at, count),
         Child::Empty => true,
     }
 }

@@ -9,7 +9,7 @@ use kiloray_core::block::format::{
     BlockHeader, Node as StoredNode, RECORD_PRIMITIVES, Record, Ref,
 };
 
-use super::layout::{END_BYTES, Source};
+use super::layout::{PADDING_MAX, Source};
 
 /// The cut: for each node, whether a treelet begins there.
 #[derive(Debug)]
@@ -105,7 +105,7 @@ pub(crate) struct Cutter<'a> {
 
 /// Bytes of a block that treelets can have.
 fn room(source: Source<'_>) -> i64 {
-    (source.block_bytes - size_of::<BlockHeader>() - END_BYTES) as i64
+    (source.block_bytes - size_of::<BlockHeader>() - PADDING_MAX) as i64
 }
 
 /// The part of a block that is left when it has as many treelets of so many bytes as go in.

@@ -2,7 +2,9 @@
 
 use bytemuck::{bytes_of, cast_slice};
 use kiloray_core::block::checksum;
-use kiloray_core::block::format::{BlockHeader, Child, FLAG_NORMALS, Node as StoredNode, Ref};
+use kiloray_core::block::format::{
+    BlockHeader, Child, FLAG_NORMALS, Node as StoredNode, Record, Ref,
+};
 use rayon::prelude::*;
 
 use super::bounds::Bounds;
@@ -92,6 +94,7 @@ fn block(
     let mut nodes = Vec::with_capacity(layout.nodes.len());
     let mut refs = Vec::with_capacity(layout.outside);
     let mut leaves = layout.leaves.iter();
+    let records_at = layout.records_at() as u16;
     let mut header = BlockHeader {
         crc: 0,
         block: number,
@@ -121,7 +124,7 @@ fn block(
                 },
                 Kid::Leaf { .. } => {
                     let (first, count) = leaves.next().copied().unwrap_or_default();
-                    Child::Leaf { first, count }
+                    Child::Leaf { at: records_at + first, count }
                 }
             };
             stored.child[slot] = child.encode();
@@ -137,15 +140,18 @@ fn block(
     let normals: Vec<u32> =
         if layout.normals { vertices.map(|v| v.1).collect() } else { Vec::new() };
     let mut at = size_of::<BlockHeader>();
-    let mut put = |part: &[u8]| {
+    let mut put = |part: &[u8], align: usize| {
+        at = at.next_multiple_of(align);
         bytes[at..at + part.len()].copy_from_slice(part);
         at += part.len();
     };
-    put(cast_slice(&nodes));
-    put(cast_slice(&layout.records));
-    put(cast_slice(&positions));
-    put(cast_slice(&normals));
-    put(cast_slice(&refs));
+    put(cast_slice(&positions), 4);
+    put(cast_slice(&normals), 4);
+    put(cast_slice(&refs), 4);
+    put(cast_slice(&layout.records), size_of::<Record>());
+    for (to, node) in bytes.rchunks_exact_mut(size_of::<StoredNode>()).zip(&nodes) {
+        to.copy_from_slice(bytes_of(node));
+    }
     bytes[..size_of::<BlockHeader>()].copy_from_slice(bytes_of(&header));
     header.crc = checksum(&bytes[4..]);
     bytes[..4].copy_from_slice(&header.crc.to_le_bytes());

@@ -9,7 +9,7 @@ use kiloray_core::block::format::{
 };
 
 use super::bounds::Bounds;
-use super::layout::{END_BYTES, Layout, Source};
+use super::layout::{Layout, PADDING_MAX, Source};
 use super::surfaces::Surfaces;
 use super::tree::{Kid, Node};
 
@@ -19,7 +19,7 @@ pub(crate) const LEVELS: usize = 2;
 /// Items of a leaf, at most: whatever they are, a node with one such leaf fits a block.
 pub(crate) fn leaf_max(block_bytes: usize) -> usize {
     let fits = |items: &usize| {
-        size_of::<BlockHeader>() + size_of::<StoredNode>() + leaf_bytes(*items) + END_BYTES
+        size_of::<BlockHeader>() + size_of::<StoredNode>() + leaf_bytes(*items) + PADDING_MAX
             <= block_bytes
     };
     (RECORD_PRIMITIVES..=LEAF_RECORDS_MAX * RECORD_PRIMITIVES)

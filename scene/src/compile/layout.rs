@@ -13,8 +13,8 @@ use kiloray_core::block::octahedral;
 use super::surfaces::{GROUP_SPHERE, Surfaces};
 use super::tree::Node;
 
-/// Padding that a block keeps at its end.
-pub(crate) const END_BYTES: usize = 4;
+/// Padding before the records of a block, at most.
+pub(crate) const PADDING_MAX: usize = size_of::<Record>() - size_of::<u32>();
 /// Vertices that the byte indices of a record reach.
 const WINDOW: usize = 256;
 
@@ -57,13 +57,17 @@ pub(crate) struct Mark {
 impl Layout {
     /// Bytes of the block so far.
     pub(crate) fn bytes(&self) -> usize {
-        let vertex = if self.normals { 16 } else { 12 };
-        size_of::<BlockHeader>()
+        (self.records_at() + self.records.len()) * size_of::<Record>()
             + self.nodes.len() * size_of::<StoredNode>()
-            + self.records.len() * size_of::<Record>()
+    }
+
+    /// Where its records begin, in records.
+    pub(crate) fn records_at(&self) -> usize {
+        let vertex = if self.normals { 16 } else { 12 };
+        let before = size_of::<BlockHeader>()
             + self.vertices.len() * vertex
-            + self.outside * size_of::<Ref>()
-            + END_BYTES
+            + self.outside * size_of::<Ref>();
+        before.div_ceil(size_of::<Record>())
     }
 
     pub(crate) fn mark(&self) -> Mark {

@@ -4,7 +4,7 @@ use std::mem::offset_of;
 use std::path::PathBuf;
 
 use glam::DVec3;
-use kiloray_core::block::format::{BlockHeader, Child, FileHeader, Node, VERSION};
+use kiloray_core::block::format::{Child, FileHeader, Node, VERSION};
 use kiloray_core::block::{BlockError, FileError, KiloView, Table, checksum};
 use kiloray_core::scene::{Light as LightEntry, Needs};
 use proptest::prelude::*;
@@ -258,8 +258,8 @@ fn a_light_without_sense_is_refused() {
 
 /// The child bits of a slot of block 0.
 fn child_at(header: &FileHeader, node: usize, slot: usize) -> usize {
-    let nodes = header.blocks_at as usize + size_of::<BlockHeader>();
-    nodes + node * size_of::<Node>() + 96 + 2 * slot
+    let end = header.blocks_at as usize + header.block_bytes as usize;
+    end - (node + 1) * size_of::<Node>() + 96 + 2 * slot
 }
 
 #[test]

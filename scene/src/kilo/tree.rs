@@ -40,7 +40,7 @@ fn check_tree(view: &KiloView<'_>) -> Result<(), FileError> {
         let refused = |error| FileError::Block { block, error };
         let Some(content) = view.trusted_block(block) else { continue };
         let begin = first[block as usize];
-        for (index, node) in content.nodes().iter().enumerate().rev() {
+        for (index, node) in content.nodes().enumerate().rev() {
             let (mut levels, mut nesting) = (1, 1);
             for (slot, &bits) in node.child.iter().enumerate() {
                 let wrong = BlockError::Child { node: index as u16, slot: slot as u8 };

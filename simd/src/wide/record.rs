@@ -207,15 +207,10 @@ static AXES: [[usize; 3]; 4] = [[1, 2, 0], [2, 0, 1], [0, 1, 2], [0, 1, 2]];
 pub(super) unsafe fn quad(vertices: Vertices<'_>, record: &Record, to: &mut Quad) -> bool {
     // SAFETY: as in `sheared`.
     unsafe {
-        let Some(count) = vertices.count().checked_sub(1 + usize::from(record.base)) else {
-            return false;
-        };
-        let last = _mm_set1_epi8(count.min(255) as i8);
-        let bytes = _mm_loadu_si128(core::ptr::from_ref(record).cast());
-        let within = _mm_cmpeq_epi8(_mm_max_epu8(bytes, last), last);
-        if _mm_movemask_epi8(within) & 0xfff != 0xfff {
+        if !can_be_loaded(vertices, record) {
             return false;
         }
+        let bytes = _mm_loadu_si128(core::ptr::from_ref(record).cast());
         let words = vertices.words().as_ptr().add(3 * usize::from(record.base));
         let at = |i: u8| words.add(3 * usize::from(i));
         let record = in_place(record);
@@ -367,20 +362,31 @@ unsafe fn used(bytes: __m128i) -> u32 {
     }
 }
 
+/// Whether sixteen bytes can be loaded at each vertex of a record.
+#[inline(always)]
+fn can_be_loaded(vertices: Vertices<'_>, record: &Record) -> bool {
+    // Nodes and records lie behind the vertices: in all but small blocks a byte leads nowhere else.
+    usize::from(record.base) + usize::from(u8::MAX) < vertices.count()
+        || all_exist(vertices, record)
+}
+
+/// The same, one by one.
+#[cold]
+#[inline(never)]
+fn all_exist(vertices: Vertices<'_>, record: &Record) -> bool {
+    let greatest = record.index.as_flattened().iter().copied().max().unwrap_or(0);
+    usize::from(record.base) + usize::from(greatest) < vertices.count()
+}
+
 /// Step 1 for twelve vertices; `z` is not yet multiplied. `None` if one does not exist.
 ///
 /// # Safety
 /// The machine has AVX2.
 #[inline(always)]
 unsafe fn sheared(ray: &Along, vertices: Vertices<'_>, record: &Record) -> Option<Sheared> {
-    // SAFETY: by the caller. A record has sixteen bytes. Every vertex that is loaded has been compared: it is one of those of which
-    // four words exist, by the invariants of `Vertices`.
+    // SAFETY: by the caller. Every vertex that is loaded can be.
     unsafe {
-        let last = vertices.count().checked_sub(1 + usize::from(record.base))?;
-        let last = _mm_set1_epi8(last.min(255) as i8);
-        let bytes = _mm_loadu_si128(core::ptr::from_ref(record).cast());
-        let within = _mm_cmpeq_epi8(_mm_max_epu8(bytes, last), last);
-        if _mm_movemask_epi8(within) & 0xfff != 0xfff {
+        if !can_be_loaded(vertices, record) {
             return None;
         }
         let words = vertices.words().as_ptr().add(3 * usize::from(record.base));

@@ -105,9 +105,8 @@ fn items_below(view: &BlockView<'_>, node: u16, items: &mut Vec<Item>) {
     for child in view.node(node).unwrap().child {
         match Child::decode(child) {
             Child::Node(node) => items_below(view, node, items),
-            Child::Leaf { first, count } => {
-                for i in first..first + count {
-                    let record = view.record(i).unwrap();
+            Child::Leaf { at, count } => {
+                for record in view.leaf(at, count) {
                     for primitive in super::primitives(view, record) {
                         items.push((primitive, record.material));
                     }

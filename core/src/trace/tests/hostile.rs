@@ -1,6 +1,7 @@
 use super::shared::scenes::{Random, clutter, rays};
 use super::shared::writer::write;
 use super::shared::{Grown, Resident, Source, Topped, erased, limits};
+use crate::block::format::Child;
 use crate::block::{BlockError, BlockView, SPHERES};
 use crate::trace::{Cursor, Scalar, TraceError, Tracer};
 
@@ -97,8 +98,9 @@ fn blocks_that_refer_to_the_same_nodes_again_and_again_end() {
         let refs = BlockView::trusted(blocks.get(block).unwrap()).refs().to_vec();
         let next = block + 1;
         let bytes = blocks.get_mut(block);
-        bytes[64..64 + 48].fill(0);
-        bytes[64 + 48..64 + 96].fill(0xff);
+        let root = bytes.len() - 128;
+        bytes[root..root + 48].fill(0);
+        bytes[root + 48..root + 96].fill(0xff);
         for r in refs {
             let at = bytes.chunks(4).position(|w| w == r.block.to_le_bytes()).unwrap() * 4;
             bytes[at..at + 4].copy_from_slice(&next.to_le_bytes());
@@ -123,7 +125,6 @@ fn each_kind_of_damage_has_its_error() {
         BlockView::parse(blocks.get(block).unwrap(), block, &limits(&sound)).err()
     };
     let view = BlockView::trusted(sound.get(0).unwrap());
-    let records_at = 64 + size_of_val(view.nodes());
     assert_eq!(damaged(0, 4, &[9]), Some(BlockError::Number { found: 9 }));
     assert_eq!(damaged(0, 8, &f32::NAN.to_le_bytes()), Some(BlockError::Frame));
     assert_eq!(damaged(0, 20, &3.0_f32.to_le_bytes()), Some(BlockError::Frame));
@@ -134,9 +135,10 @@ fn each_kind_of_damage_has_its_error() {
     assert_eq!(damaged(0, 42, &33_u16.to_le_bytes()), Some(BlockError::Depth));
     assert_eq!(damaged(0, 44, &1_u16.to_le_bytes()), Some(BlockError::Depth));
     assert_eq!(damaged(0, 46, &[1]), Some(BlockError::Reserved));
-    assert_eq!(damaged(0, 4095, &[1]), Some(BlockError::Reserved));
+    assert_eq!(damaged(0, 4096 - 128 * view.nodes().len() - 1, &[1]), Some(BlockError::Reserved));
     // The first child: the root itself, one beyond the last, an undefined code.
-    let child = |code: u16| damaged(0, 64 + 96, &code.to_le_bytes());
+    let node_at = 4096 - 128;
+    let child = |code: u16| damaged(0, node_at + 96, &code.to_le_bytes());
     let wrong = Some(BlockError::Child { node: 0, slot: 0 });
     assert_eq!(child(0), wrong);
     assert_eq!(child(view.nodes().len() as u16), wrong);
@@ -146,17 +148,26 @@ fn each_kind_of_damage_has_its_error() {
     assert_eq!(child(0x1fff), wrong);
     assert_eq!(child(0x4000 | 0x8000), wrong);
     // An order that names a slot twice.
-    let twice = damaged(0, 64 + 112, &0o77654321_u32.to_le_bytes());
+    let twice = damaged(0, node_at + 112, &0o77654321_u32.to_le_bytes());
     assert_eq!(twice, Some(BlockError::Order { node: 0 }));
+    // Leaves that begin before the records, and end behind them.
+    let vertices_at = 64;
+    let refs_at = vertices_at + 12 * view.vertices().len() + 4 * view.normals().len();
+    let records_at = (refs_at + 8 * view.refs().len()).next_multiple_of(16);
+    let first = (records_at / 16) as u16;
+    let behind = first + view.records().len() as u16;
+    let leaf = |at, count| child(Child::Leaf { at, count }.encode());
+    assert_eq!(leaf(behind - 1, 1), None);
+    assert_eq!(leaf(first - 1, 1), wrong);
+    assert_eq!(leaf(behind, 1), wrong);
+    assert_eq!(leaf(behind - 1, 2), wrong);
     // A record without a primitive, with an index or a material out of range.
     let record = Some(BlockError::Record { record: 0 });
     assert_eq!(damaged(0, records_at, &[0; 12]), record);
     assert_eq!(damaged(0, records_at + 12, &30000_u16.to_le_bytes()), record);
     assert_eq!(damaged(0, records_at + 14, &[0xff, 0xff]), record);
-    let vertices_at = records_at + 16 * view.records().len();
     let vertex = Some(BlockError::Vertex { vertex: 1 });
     assert_eq!(damaged(0, vertices_at + 16, &f32::INFINITY.to_le_bytes()), vertex);
-    let refs_at = vertices_at + 12 * view.vertices().len() + 4 * view.normals().len();
     let back = Some(BlockError::Ref { index: 0 });
     assert_eq!(damaged(0, refs_at, &0_u32.to_le_bytes()), back);
     assert_eq!(damaged(0, refs_at, &99999_u32.to_le_bytes()), back);

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use glam::{DVec3, Vec3};
-use kiloray_core::block::format::{Child, RECORD_SPHERES};
+use kiloray_core::block::format::{Child, RECORD_SPHERES, Record};
 use kiloray_core::block::{BlockView, KiloView, octahedral};
 use kiloray_core::geometry::Aabb;
 
@@ -76,8 +76,8 @@ impl Walk<'_> {
                     assert!(r.block > block);
                     self.node(r.block, r.node, Some(own), levels + 1, blocks + 1);
                 }
-                Child::Leaf { first, count } => {
-                    for record in first..first + count {
+                Child::Leaf { at, count } => {
+                    for record in content.leaf(at, count) {
                         self.record(&content, record, own);
                     }
                 }
@@ -92,8 +92,7 @@ impl Walk<'_> {
         }
     }
 
-    fn record(&mut self, content: &BlockView<'_>, record: u16, within: [[f64; 3]; 2]) {
-        let record = content.record(record).unwrap();
+    fn record(&mut self, content: &BlockView<'_>, record: &Record, within: [[f64; 3]; 2]) {
         let spheres = record.base & RECORD_SPHERES != 0;
         let base = usize::from(record.base & !RECORD_SPHERES);
         for [a, b, c] in record.index {

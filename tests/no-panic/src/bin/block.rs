@@ -25,7 +25,7 @@ fn read(view: &BlockView<'_>) {
     if let Some(node) = view.node(any()) {
         black_box((node.order.map(is_order), node.child.map(Child::decode)));
     }
-    black_box((view.record(any()), view.vertex(any::<u16>().into()), view.normal(any())));
+    black_box((view.leaf(any(), any()), view.vertex(any::<u16>().into()), view.normal(any())));
     black_box(view.reference(any()));
 }
 

@@ -7,7 +7,7 @@ use glam::Vec3;
 use super::scenes::{Random, clutter, rays};
 use super::writer::{Blocks, write};
 use super::{OneFrame, Resident, erased};
-use crate::block::format::{BlockHeader, Child};
+use crate::block::format::Child;
 use crate::block::{BlockSource, BlockView, NoBlock, SPHERES};
 use crate::geometry::{Hit, PreparedRay, Primitive, Ray};
 use crate::trace::{BUNDLE, Batch, BoxRay, Bundle, Cursor, Query, Tracer, Whole};
@@ -182,7 +182,7 @@ impl Part<'_> {
         let mut pruned = self.blocks.clone();
         for block in 0..pruned.count() {
             let view = BlockView::trusted(self.blocks.get(block).unwrap());
-            let mut nodes = view.nodes().to_vec();
+            let mut nodes: std::vec::Vec<_> = view.nodes().rev().copied().collect();
             for child in nodes.iter_mut().flat_map(|node| &mut node.child) {
                 if let Child::Ref(index) = Child::decode(*child)
                     && !self.has(view.reference(index).unwrap().block)
@@ -191,7 +191,9 @@ impl Part<'_> {
                 }
             }
             let nodes: &[u8] = bytemuck::cast_slice(&nodes);
-            pruned.get_mut(block)[size_of::<BlockHeader>()..][..nodes.len()].copy_from_slice(nodes);
+            let bytes = pruned.get_mut(block);
+            let at = bytes.len() - nodes.len();
+            bytes[at..].copy_from_slice(nodes);
         }
         pruned
     }

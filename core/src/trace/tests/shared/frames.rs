@@ -171,8 +171,8 @@ fn encloses(
     let mut near = [f32::NAN; 8];
     let mask = slots((f32::NEG_INFINITY, f32::INFINITY), &mut near);
     for (slot, &child) in node.child.iter().enumerate() {
-        let Child::Leaf { first, count } = Child::decode(child) else { continue };
-        for own in own_boxes(view, first, count) {
+        let Child::Leaf { at, count } = Child::decode(child) else { continue };
+        for own in own_boxes(view, at, count) {
             let Some(interval) = ray.own_box(&own) else { continue };
             assert!(mask >> slot & 1 == 1, "{ray:?} {own:?}");
             assert!(near[slot] <= interval.enter, "{ray:?} {own:?} {interval:?} {}", near[slot]);
@@ -186,9 +186,9 @@ fn encloses(
     tested
 }
 
-fn own_boxes(view: &BlockView<'_>, first: u16, count: u16) -> std::vec::Vec<Aabb> {
+fn own_boxes(view: &BlockView<'_>, at: u16, count: u16) -> std::vec::Vec<Aabb> {
     let mut boxes = std::vec![];
-    for record in &view.records()[usize::from(first)..usize::from(first + count)] {
+    for record in view.leaf(at, count) {
         if record.base & crate::block::format::RECORD_SPHERES != 0 {
             continue;
         }

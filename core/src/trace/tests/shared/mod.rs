@@ -86,8 +86,8 @@ impl Grown {
                         ExpandedChild::Node(grown.from.len() as u32 - 1)
                     }
                     // Some leaves by reference, as those of blocks with great numbers are.
-                    Child::Leaf { first, count } if first % 3 > 0 => {
-                        ExpandedChild::Leaf { block, at: view.record_at(first), count }
+                    Child::Leaf { at, count } if at % 3 > 0 => {
+                        ExpandedChild::Leaf { block, at, count }
                     }
                     child => {
                         grown.refs.push(Ref { block, node: child.encode(), _zero: 0 });

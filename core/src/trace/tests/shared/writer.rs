@@ -137,7 +137,7 @@ impl Draft {
             + 16 * self.records.len()
             + (12 + if self.smooth { 4 } else { 0 }) * self.vertices.len()
             + 8 * self.refs.len()
-            + 4
+            + 12
     }
 
     /// What a leaf adds at most: no vertex is shared.
@@ -146,7 +146,7 @@ impl Draft {
     }
 
     fn leaf(&mut self, items: &[Item]) -> Child {
-        let first = self.records.len() as u16;
+        let at = self.records.len() as u16;
         let mut rest = items.to_vec();
         rest.sort_by_key(|i| (i.1, matches!(i.0, Primitive::Sphere { .. })));
         let mut rest = rest.as_slice();
@@ -160,7 +160,8 @@ impl Draft {
             self.record(&rest[..count]);
             rest = &rest[count..];
         }
-        Child::Leaf { first, count: self.records.len() as u16 - first }
+        // From the first record on, for now.
+        Child::Leaf { at, count: self.records.len() as u16 - at }
     }
 
     fn record(&mut self, items: &[Item]) {
@@ -329,19 +330,28 @@ fn encode(draft: &Draft, block: u32, nesting: u16, bytes: &mut [u8]) {
         nesting,
         _zero: [0; 9],
     };
-    let mut at = 0;
-    let mut put = |part: &[u8]| {
+    let mut at = 0_usize;
+    let mut put = |part: &[u8], align: usize| {
+        at = at.next_multiple_of(align);
         bytes[at..at + part.len()].copy_from_slice(part);
         at += part.len();
     };
-    put(bytemuck::bytes_of(&header));
-    put(bytemuck::cast_slice(&nodes));
-    put(bytemuck::cast_slice(&draft.records));
-    put(bytemuck::cast_slice(&draft.vertices));
+    put(bytemuck::bytes_of(&header), 4);
+    put(bytemuck::cast_slice(&draft.vertices), 4);
     if draft.smooth {
-        put(bytemuck::cast_slice(&draft.normals));
+        put(bytemuck::cast_slice(&draft.normals), 4);
     }
-    put(bytemuck::cast_slice(&draft.refs));
+    put(bytemuck::cast_slice(&draft.refs), 4);
+    put(bytemuck::cast_slice(&draft.records), 16);
+    let records_at = (at - size_of_val(draft.records.as_slice())) / 16;
+    for (to, node) in bytes.rchunks_exact_mut(size_of::<Node>()).zip(&mut nodes) {
+        for child in &mut node.child {
+            if let Child::Leaf { at, count } = Child::decode(*child) {
+                *child = Child::Leaf { at: at + records_at as u16, count }.encode();
+            }
+        }
+        to.copy_from_slice(bytemuck::bytes_of(node));
+    }
 }
 
 /// A triangle of three points.
