@@ -7,6 +7,7 @@ use kiloray_core::block::format::{Child, Node, Ref};
 use kiloray_core::block::{
     BlockView, Expanded, ExpandedChild, ExpandedNode, ExpandedTop, KiloView,
 };
+use memmap2::MmapMut;
 
 /// Of so many bytes of blocks, one node is expanded: two fifths of the memory that blocks take.
 const BLOCK_BYTES_PER_NODE: usize = 640;
@@ -16,12 +17,19 @@ const NODES_MIN: usize = 64;
 const NODES_MAX: usize = 1 << 18;
 
 /// The upper part of the tree of a file as [`ExpandedTop`]: the nodes with the greatest boxes, which most rays visit, in two fifths of the memory that
-/// its blocks take.
-#[derive(Debug, Clone, Default)]
+/// its blocks take. Where the system has large pages they lie in such: each node that a ray visits lies in another page.
+///
+/// It is empty where the system has no memory for it: rays are traced without it, slower.
+#[derive(Debug, Default)]
 pub struct Top {
-    nodes: Vec<ExpandedNode>,
+    /// The nodes, and perhaps what fills the last page.
+    pages: Option<MmapMut>,
+    nodes: usize,
     refs: Vec<Ref>,
 }
+
+/// A large page \[bytes\].
+const LARGE_PAGE: usize = 2 << 20;
 
 impl Top {
     /// The top of a file, whose blocks must have been checked.
@@ -36,14 +44,18 @@ impl Top {
                 numbers[index] = number;
             }
         }
-        let mut top = Self { nodes: Vec::with_capacity(places.len()), refs: Vec::new() };
-        for index in places {
+        let Some(mut pages) = pages(places.len() * size_of::<ExpandedNode>()) else {
+            return Self::default();
+        };
+        let mut refs = Vec::new();
+        let nodes: &mut [ExpandedNode] = bytemuck::cast_slice_mut(&mut pages);
+        for (to, &index) in nodes.iter_mut().zip(&places) {
             let stored = index.and_then(|index| {
                 let Chosen { block, node, below } = chosen[index];
                 Some((block, node_of(file, block, node)?, below))
             });
             let Some((block, (view, node), below)) = stored else {
-                top.nodes.push(ExpandedNode::NONE);
+                *to = ExpandedNode::NONE;
                 continue;
             };
             let child =
@@ -56,26 +68,42 @@ impl Top {
                     (None, child) => {
                         let to = inside(&view, child)
                             .map_or((block, child), |(block, node)| (block, Child::Node(node)));
-                        top.refs.push(Ref { block: to.0, node: to.1.encode(), _zero: 0 });
-                        ExpandedChild::Ref(top.refs.len() as u32 - 1)
+                        refs.push(Ref { block: to.0, node: to.1.encode(), _zero: 0 });
+                        ExpandedChild::Ref(refs.len() as u32 - 1)
                     }
                 });
-            top.nodes.push(ExpandedNode::of(&view, node, child));
+            *to = ExpandedNode::of(&view, node, child);
         }
-        top
+        Self { pages: Some(pages), nodes: places.len(), refs }
     }
 
     /// The file with its top.
     #[must_use]
     pub fn over<'a>(&'a self, file: KiloView<'a>) -> Expanded<'a> {
-        Expanded { file, top: ExpandedTop::new(&self.nodes, &self.refs) }
+        Expanded { file, top: self.view() }
     }
 
     /// What it takes \[bytes\].
     #[must_use]
     pub fn bytes(&self) -> usize {
-        ExpandedTop::new(&self.nodes, &self.refs).bytes()
+        self.view().bytes()
     }
+
+    fn view(&self) -> ExpandedTop<'_> {
+        let nodes = bytemuck::cast_slice(self.pages.as_deref().unwrap_or_default());
+        ExpandedTop::new(nodes.get(..self.nodes).unwrap_or_default(), &self.refs)
+    }
+}
+
+/// Memory of its own for so many bytes, if the system has it.
+fn pages(bytes: usize) -> Option<MmapMut> {
+    // Only whole pages are large.
+    let bytes = if bytes < LARGE_PAGE { bytes } else { bytes.next_multiple_of(LARGE_PAGE) };
+    let pages = MmapMut::map_anon(bytes).ok()?;
+    // A system without large pages does without.
+    #[cfg(target_os = "linux")]
+    let _ = pages.advise(memmap2::Advice::HugePage);
+    Some(pages)
 }
 
 /// These nodes by number; some numbers are nobody's. The root is 0, and the numbers of a node's children differ as their slots do, so that a child's follows from

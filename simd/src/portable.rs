@@ -50,6 +50,7 @@ fn sides<T: Copy>(lo: [T; 3], hi: [T; 3], signs: u8) -> ([T; 3], [T; 3]) {
 
 impl Lanes for Portable {
     type Frame = Frame;
+    type Spread = Frame;
     type Ray = Ray;
     type Real = Each<f32>;
 
@@ -76,6 +77,11 @@ impl Lanes for Portable {
     #[inline(always)]
     fn frame(self, ray: &Ray, header: &BlockHeader) -> Frame {
         Frame { of: BoxFrame::new(&ray.boxes, header), signs: ray.prepared.signs }
+    }
+
+    #[inline(always)]
+    fn spread(self, frame: &Frame) -> Frame {
+        *frame
     }
 
     #[inline(always)]

@@ -25,7 +25,7 @@ mod put_down;
 mod real;
 mod record;
 
-use frame::{Frame, Ray};
+use frame::{Frame, Ray, Spread};
 use put_down::{ByCompression, ByTable, Children, PutDown};
 use real::{Eight, Whole};
 
@@ -69,6 +69,7 @@ fn in_place<T>(value: &T) -> &T {
 
 impl<P: PutDown> Lanes for Wide<P> {
     type Frame = Frame;
+    type Spread = Spread;
     type Ray = Ray;
     type Real = Eight;
 
@@ -108,6 +109,22 @@ impl<P: PutDown> Lanes for Wide<P> {
         unsafe { Frame::new(ray, header) }
     }
 
+    #[inline(always)]
+    fn spread(self, frame: &Frame) -> Spread {
+        // Out of memory, where they are: of what is in registers the compiler would spread each number by three instructions.
+        // SAFETY: as above.
+        unsafe { Spread::of(in_place(frame)) }
+    }
+
+    #[inline(always)]
+    fn fetch(self, node: &ExpandedNode) {
+        let lines = core::ptr::from_ref(node).cast::<[i8; 64]>();
+        for line in 0..size_of::<ExpandedNode>() / 64 {
+            // SAFETY: a value of Wide exists, so the machine has SSE; the line lies in the node.
+            unsafe { _mm_prefetch::<_MM_HINT_T0>(lines.add(line).cast()) };
+        }
+    }
+
     // A call keeps no wide register.
     #[inline(always)]
     fn renew(self, frame: &mut Frame, ray: &PreparedRay, header: &BlockHeader) {
@@ -136,7 +153,7 @@ impl<P: PutDown> Lanes for Wide<P> {
     #[inline(always)]
     fn visit_expanded(
         self,
-        frame: &Frame,
+        frame: &Spread,
         node: &ExpandedNode,
         turn: Turn,
         span: (f32, f32),

@@ -20,6 +20,8 @@ pub trait Kernel {
 pub trait Lanes: Copy {
     /// A ray in the frame of a block: a [`BoxFrame`](super::BoxFrame) in the form that [`Lanes::visit`] wants.
     type Frame: Copy;
+    /// A frame in registers, as [`Lanes::visit_expanded`] wants it.
+    type Spread: Copy;
     /// What is prepared of a ray once.
     type Ray: Copy;
     /// What samples of light are computed with.
@@ -47,6 +49,13 @@ pub trait Lanes: Copy {
     /// The ray in the frame of the block with this header: [`BoxFrame::new`](super::BoxFrame::new), but for the last bits.
     fn frame(self, ray: &Self::Ray, header: &BlockHeader) -> Self::Frame;
 
+    /// Takes a frame into registers, for the nodes from one leaf to the next: a leaf needs them all for itself.
+    fn spread(self, frame: &Self::Frame) -> Self::Spread;
+
+    /// Has a node read that will probably be visited, and goes on meanwhile.
+    #[inline(always)]
+    fn fetch(self, _: &ExpandedNode) {}
+
     /// Makes a frame anew after a call, where that takes less than to save it each time that there might be one.
     #[inline(always)]
     fn renew(self, _: &mut Self::Frame, _: &PreparedRay, _: &BlockHeader) {}
@@ -69,7 +78,7 @@ pub trait Lanes: Copy {
     /// are.
     fn visit_expanded(
         self,
-        frame: &Self::Frame,
+        frame: &Self::Spread,
         node: &ExpandedNode,
         turn: Turn,
         span: (f32, f32),

@@ -13,6 +13,7 @@ pub struct Scalar;
 
 impl Lanes for Scalar {
     type Frame = BoxFrame;
+    type Spread = BoxFrame;
     type Ray = BoxRay;
     type Real = f32;
 
@@ -39,6 +40,11 @@ impl Lanes for Scalar {
     #[inline(always)]
     fn frame(self, ray: &BoxRay, header: &BlockHeader) -> BoxFrame {
         BoxFrame::new(ray, header)
+    }
+
+    #[inline(always)]
+    fn spread(self, frame: &BoxFrame) -> BoxFrame {
+        *frame
     }
 
     #[inline(always)]

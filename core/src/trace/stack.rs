@@ -160,6 +160,12 @@ impl Stack {
         at.entry = Entry(met.first);
     }
 
+    /// The child that comes next, if one waits; or else what was there before.
+    #[inline(always)]
+    pub(super) fn waiting(&self, height: &Height) -> Option<Entry> {
+        self.entry.get(height.at()).copied().map(Entry)
+    }
+
     /// Notes which child was taken, for the trail.
     #[inline(always)]
     pub(super) fn note(&mut self, entry: Entry) {

@@ -30,6 +30,7 @@ pub(super) fn in_top<L: Lanes, S: BlockSource, Q: Query>(
     let (mut at, mut height, mut t_max) = (run.at, run.height, run.t_max);
     let leave = 'top: loop {
         // Children that waited are gone on with in here: the frame stays in registers from one to the next.
+        let spread = lanes.spread(frame);
         while let Some(node) = source.top().node(at.entry.0) {
             // Its children have all bits of an entry for themselves: a level means nothing here.
             let (false, Some(mut places)) = (at.too_many(), stack.places(&height)) else {
@@ -38,9 +39,17 @@ pub(super) fn in_top<L: Lanes, S: BlockSource, Q: Query>(
             if !query.shortens() {
                 places.near = None;
             }
-            let met = lanes.visit_expanded(frame, node, turn, (run.t_min, t_max), places);
+            let met = lanes.visit_expanded(&spread, node, turn, (run.t_min, t_max), places);
             if met.count != 0 {
                 stack.descend(&mut height, &mut at, met);
+                // What waits first is visited later, unless any hit ends the ray: it is read meanwhile.
+                if query.shortens()
+                    && met.count > 1
+                    && let Some(next) = stack.waiting(&height)
+                    && let Some(node) = source.top().node(next.0)
+                {
+                    lanes.fetch(node);
+                }
                 continue;
             }
             match stack.next(&mut height, &mut at, query.shortens().then_some(t_max)) {

@@ -80,7 +80,10 @@ fn of_node<L: Lanes>(
         let frame = lanes.frame(ray, header);
         let stored = put_down(|to| lanes.visit(&frame, node, turn, span, 5 << 24, to));
         let frame = lanes.frame(ray, &ExpandedTop::FRAME);
-        (stored, put_down(|to| lanes.visit_expanded(&frame, expanded, turn, span, to)))
+        (
+            stored,
+            put_down(|to| lanes.visit_expanded(&lanes.spread(&frame), expanded, turn, span, to)),
+        )
     };
     let prepared = lanes.prepare(ray, &mut PreparedRay::NONE.clone());
     (met(&lanes.ray(&PreparedRay::new(ray))), prepared.map(|ray| met(&ray)))

@@ -6,7 +6,7 @@ use core::arch::x86_64::*;
 use kiloray_core::block::ExpandedNode;
 use kiloray_core::block::format::Node;
 
-use super::frame::{Frame, Sides};
+use super::frame::{Frame, Sides, Spread};
 use super::in_place;
 
 /// Where a ray enters and leaves eight boxes, by slot: it meets those that it enters no later than it leaves them.
@@ -33,7 +33,7 @@ pub(super) unsafe fn stored(frame: &Frame, node: &Node, span: (f32, f32)) -> Hit
         };
         let first = [bounds(fx), bounds(fy), bounds(fz)];
         let last = [bounds(lx), bounds(ly), bounds(lz)];
-        hits(frame, first, last, span)
+        hits(&Spread::of(frame), first, last, span)
     }
 }
 
@@ -42,7 +42,7 @@ pub(super) unsafe fn stored(frame: &Frame, node: &Node, span: (f32, f32)) -> Hit
 /// # Safety
 /// The machine has AVX2 and FMA.
 #[inline(always)]
-pub(super) unsafe fn expanded(frame: &Frame, node: &ExpandedNode, span: (f32, f32)) -> Hits {
+pub(super) unsafe fn expanded(frame: &Spread, node: &ExpandedNode, span: (f32, f32)) -> Hits {
     let bytes = core::ptr::from_ref(node).cast::<u8>();
     let Sides { first: [fx, fy, fz], last: [lx, ly, lz] } = *frame.sides;
     // SAFETY: as above; bounds are twice as long: 32 bytes from twice those offsets lie in their 192, and are aligned as the
@@ -61,22 +61,19 @@ pub(super) unsafe fn expanded(frame: &Frame, node: &ExpandedNode, span: (f32, f3
 /// The machine has AVX2 and FMA.
 #[inline(always)]
 unsafe fn hits(
-    frame: &Frame,
+    &Spread { inv: [ix, iy, iz], near, far, .. }: &Spread,
     [x0, y0, z0]: [__m256; 3],
     [x1, y1, z1]: [__m256; 3],
     (t_min, t_max): (f32, f32),
 ) -> Hits {
     // SAFETY: by the caller.
     unsafe {
-        let ix = _mm256_broadcast_ss(&frame.inv[0]);
-        let iy = _mm256_broadcast_ss(&frame.inv[1]);
-        let iz = _mm256_broadcast_ss(&frame.inv[2]);
-        let x0 = _mm256_fmadd_ps(x0, ix, _mm256_broadcast_ss(&frame.near[0]));
-        let y0 = _mm256_fmadd_ps(y0, iy, _mm256_broadcast_ss(&frame.near[1]));
-        let z0 = _mm256_fmadd_ps(z0, iz, _mm256_broadcast_ss(&frame.near[2]));
-        let x1 = _mm256_fmadd_ps(x1, ix, _mm256_broadcast_ss(&frame.far[0]));
-        let y1 = _mm256_fmadd_ps(y1, iy, _mm256_broadcast_ss(&frame.far[1]));
-        let z1 = _mm256_fmadd_ps(z1, iz, _mm256_broadcast_ss(&frame.far[2]));
+        let x0 = _mm256_fmadd_ps(x0, ix, near[0]);
+        let y0 = _mm256_fmadd_ps(y0, iy, near[1]);
+        let z0 = _mm256_fmadd_ps(z0, iz, near[2]);
+        let x1 = _mm256_fmadd_ps(x1, ix, far[0]);
+        let y1 = _mm256_fmadd_ps(y1, iy, far[1]);
+        let z1 = _mm256_fmadd_ps(z1, iz, far[2]);
         let (t_min, t_max) = (_mm256_set1_ps(t_min), _mm256_set1_ps(t_max));
         // `t_min` is not negative, so `enter` is right. A box that is left at a negative `t` is not met, or needlessly where -0 stands for it.
         Hits {

@@ -21,6 +21,33 @@ pub struct Frame {
     pub(super) sides: &'static Sides,
 }
 
+/// A frame in registers: each number in all lanes.
+#[derive(Debug, Clone, Copy)]
+pub struct Spread {
+    pub(super) inv: [__m256; 3],
+    pub(super) near: [__m256; 3],
+    pub(super) far: [__m256; 3],
+    pub(super) sides: &'static Sides,
+}
+
+impl Spread {
+    /// # Safety
+    /// The machine has AVX2.
+    #[inline(always)]
+    pub(super) unsafe fn of(frame: &Frame) -> Self {
+        // SAFETY: by the caller.
+        let spread = |[x, y, z, _]: &[f32; 4]| unsafe {
+            [_mm256_broadcast_ss(x), _mm256_broadcast_ss(y), _mm256_broadcast_ss(z)]
+        };
+        Self {
+            inv: spread(&frame.inv),
+            near: spread(&frame.near),
+            far: spread(&frame.far),
+            sides: frame.sides,
+        }
+    }
+}
+
 /// Where in a [`Node`](kiloray_core::block::format::Node) the bounds begin that a ray meets first, by axis, and the others, in bytes.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Sides {

@@ -33,6 +33,7 @@ fn add(to: &Cell<u64>) {
 
 impl Lanes for Counting<'_> {
     type Frame = <Scalar as Lanes>::Frame;
+    type Spread = <Scalar as Lanes>::Spread;
     type Ray = <Scalar as Lanes>::Ray;
     type Real = f32;
 
@@ -69,9 +70,13 @@ impl Lanes for Counting<'_> {
         Scalar.visit(frame, node, turn, span, tag, to)
     }
 
+    fn spread(self, frame: &Self::Frame) -> Self::Spread {
+        Scalar.spread(frame)
+    }
+
     fn visit_expanded(
         self,
-        frame: &Self::Frame,
+        frame: &Self::Spread,
         node: &ExpandedNode,
         turn: Turn,
         span: (f32, f32),

@@ -41,8 +41,9 @@ pub(crate) fn enclose(lanes: impl Lanes) {
                     }
                 }
                 let slots = |span, near: &mut _| {
-                    let visit =
-                        |to: Places<'_>| lanes.visit_expanded(&frame, &named, turn, span, to);
+                    let visit = |to: Places<'_>| {
+                        lanes.visit_expanded(&lanes.spread(&frame), &named, turn, span, to)
+                    };
                     met(visit, |entry| entry as usize, near)
                 };
                 tested += encloses(ray, &view, node, slots);
