@@ -122,15 +122,14 @@ unsafe fn in_order(
     }
 }
 
-/// For each mask of places, where the last eight come from, those of the mask at the end, in their order: each as the two bytes, of sixteen, that
-/// are the place's.
-#[repr(align(16))]
-struct Together([[[u8; 2]; 8]; 256]);
+/// For each mask of places, where the last eight come from, those of the mask at the end, in their order.
+#[repr(align(64))]
+struct Together([[u8; 8]; 256]);
 
 static TOGETHER: Together = Together(together());
 
-const fn together() -> [[[u8; 2]; 8]; 256] {
-    let mut table = [[[0, 1]; 8]; 256];
+const fn together() -> [[u8; 8]; 256] {
+    let mut table = [[0; 8]; 256];
     let mut mask = 0;
     while mask < 256 {
         let (mut to, mut place) = (8, 8);
@@ -138,7 +137,7 @@ const fn together() -> [[[u8; 2]; 8]; 256] {
             place -= 1;
             if mask >> place & 1 == 1 {
                 to -= 1;
-                table[mask][to] = [2 * place as u8, 2 * place as u8 + 1];
+                table[mask][to] = place as u8;
             }
         }
         mask += 1;
@@ -146,27 +145,17 @@ const fn together() -> [[[u8; 2]; 8]; 256] {
     table
 }
 
-/// Where the places of a mask come from.
+/// Where the places of a mask come from, in eight bytes.
 ///
 /// # Safety
 /// The machine has AVX2.
 #[inline(always)]
 unsafe fn from(mask: u32) -> __m128i {
-    // SAFETY: by the caller; the load is of one mask's row, as aligned as the table.
-    unsafe { _mm_load_si128(TOGETHER.0[mask as usize & 255].as_ptr().cast()) }
+    // SAFETY: by the caller; the load is of one mask's row.
+    unsafe { _mm_loadl_epi64(TOGETHER.0[mask as usize & 255].as_ptr().cast()) }
 }
 
-/// Pairs of bytes as numbers of four bytes, of which the last three bits say which pair.
-///
-/// # Safety
-/// The machine has AVX2.
-#[inline(always)]
-unsafe fn index(pairs: __m128i) -> __m256i {
-    // SAFETY: by the caller.
-    unsafe { _mm256_cvtepu16_epi32(_mm_srli_epi16::<1>(pairs)) }
-}
-
-/// How the eight slots of a word become pairs of bytes: of each the two bytes of the word that it lies in, and what takes it to their top.
+/// How the eight slots of a word become bytes: of each the two bytes of the word that it lies in, and what takes it to their top.
 #[repr(align(16))]
 struct Lift {
     bytes: [[u8; 2]; 8],
@@ -189,7 +178,7 @@ const fn lift(backward: bool) -> Lift {
     lift
 }
 
-/// The slots of a word in the order of a ray, each as the two bytes, of sixteen, that are the slot's.
+/// The slots of a word in the order of a ray, in eight bytes.
 ///
 /// # Safety
 /// The machine has AVX2.
@@ -201,10 +190,8 @@ unsafe fn slots(turn: Turn, order: u32) -> __m128i {
         let word =
             _mm_shuffle_epi8(_mm_set1_epi32(order as i32), _mm_load_si128(bytes.as_ptr().cast()));
         let top = _mm_mullo_epi16(word, _mm_load_si128(factor.as_ptr().cast()));
-        let top = _mm_and_si128(top, _mm_set1_epi16(7 << 13));
-        // Twice the slot in both bytes, and one more in the second.
-        let twice = _mm_mulhi_epu16(top, _mm_set1_epi16(0x0202 << 3));
-        _mm_or_si128(twice, _mm_set1_epi16(0x0100))
+        let slots = _mm_srli_epi16::<13>(top);
+        _mm_packus_epi16(slots, slots)
     }
 }
 
@@ -219,7 +206,7 @@ impl PutDown for ByTable {
         part.run()
     }
 
-    /// Compares first, and brings the verdicts, of two bytes each, into the order: moving 32 bytes across their halves takes eight cycles on some
+    /// Compares first, and brings the verdicts, of a byte each, into the order: moving 32 bytes across their halves takes eight cycles on some
     /// machines, and the next node waits for the mask.
     #[inline(always)]
     unsafe fn put_down(
@@ -254,23 +241,19 @@ impl PutDown for ByTable {
             let met = _mm256_castps_si256(met);
             let met =
                 _mm_packs_epi32(_mm256_castsi256_si128(met), _mm256_extracti128_si256::<1>(met));
-            let met = _mm_shuffle_epi8(met, slots);
-            let mask = _mm_movemask_epi8(_mm_packs_epi16(met, _mm_setzero_si128())) as u32;
+            let met = _mm_shuffle_epi8(_mm_packs_epi16(met, _mm_setzero_si128()), slots);
+            let mask = _mm_movemask_epi8(met) as u32 & 0xff;
             let from = from(mask);
-            let slots = _mm_shuffle_epi8(slots, from);
-            let index = index(slots);
-            let mut entry = match children {
-                Children::Stored(children) => {
-                    _mm256_cvtepu16_epi32(_mm_shuffle_epi8(children, slots))
-                }
-                Children::Expanded(children) => _mm256_permutevar8x32_epi32(children, index),
+            let index = _mm256_cvtepu8_epi32(_mm_shuffle_epi8(slots, from));
+            let children = match children {
+                Children::Stored(children) => _mm256_cvtepu16_epi32(children),
+                Children::Expanded(children) => children,
             };
+            let mut entry = _mm256_permutevar8x32_epi32(children, index);
             if let Some(tag) = tag {
-                // Of twice a place.
-                let twice = _mm256_cvtepu16_epi32(_mm_and_si128(from, _mm_set1_epi16(0b1110)));
+                let places = _mm256_slli_epi32::<16>(_mm256_cvtepu8_epi32(from));
                 let tag = _mm256_set1_epi32(tag as i32);
-                entry =
-                    _mm256_or_si256(_mm256_or_si256(entry, tag), _mm256_slli_epi32::<15>(twice));
+                entry = _mm256_or_si256(_mm256_or_si256(entry, tag), places);
             }
             if let Some(near) = to.near {
                 let enter = _mm256_permutevar8x32_ps(hits.enter, index);
@@ -318,7 +301,7 @@ impl PutDown for ByCompression {
             }
             // The next node waits for the first. What waits longer goes by the table: places that begin anywhere would take a mask of their own.
             let first = _mm256_cvtsi256_si32(_mm256_maskz_compress_epi32(mask, child)) as u32;
-            let from = index(from(mask.into()));
+            let from = _mm256_cvtepu8_epi32(from(mask.into()));
             if let Some(near) = to.near {
                 _mm256_storeu_ps(near.as_mut_ptr(), _mm256_permutevar8x32_ps(enter, from));
             }
