@@ -2,19 +2,59 @@ use bytemuck::{Pod, Zeroable, bytes_of, cast_slice, cast_slice_mut};
 use kiloray_core::block::checksum;
 use kiloray_core::block::format::{FileHeader, Section};
 use kiloray_core::scene::{Light, LightNode, Material, Needs, View};
+use memmap2::MmapMut;
 
 /// A file in memory, at a multiple of 64.
-#[derive(Debug, Clone)]
+#[derive(Debug)]
 pub struct Image {
-    lines: Vec<Line>,
-    /// Length of the file; the last line may be longer.
+    memory: Memory,
+    /// Length of the file; the memory may be longer.
     len: usize,
     blocks_at: usize,
+}
+
+/// Zeroed memory at a multiple of 64.
+#[derive(Debug)]
+enum Memory {
+    Small(Vec<Line>),
+    /// In large pages, where the system has them: rays go from block to block, and each lies in another page.
+    Large(MmapMut),
 }
 
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
 #[repr(C, align(64))]
 struct Line([u8; 64]);
+
+/// A large page \[bytes\].
+const LARGE_PAGE: usize = 2 << 20;
+
+impl Memory {
+    /// At least so many bytes.
+    fn new(len: usize) -> Self {
+        let pages = len.checked_next_multiple_of(LARGE_PAGE).filter(|_| len >= LARGE_PAGE);
+        let Some(map) = pages.and_then(|pages| MmapMut::map_anon(pages).ok()) else {
+            return Self::Small(vec![Line([0; 64]); len.div_ceil(64)]);
+        };
+        // A system without large pages does without.
+        #[cfg(target_os = "linux")]
+        let _ = map.advise(memmap2::Advice::HugePage);
+        Self::Large(map)
+    }
+
+    fn bytes(&self) -> &[u8] {
+        match self {
+            Self::Small(lines) => cast_slice(lines),
+            Self::Large(map) => map,
+        }
+    }
+
+    fn bytes_mut(&mut self) -> &mut [u8] {
+        match self {
+            Self::Small(lines) => cast_slice_mut(lines),
+            Self::Large(map) => map,
+        }
+    }
+}
 
 /// The tables of a file.
 #[derive(Debug, Clone, Copy)]
@@ -63,8 +103,8 @@ impl Image {
         header.blocks_at = blocks_at as u64;
         header.file_bytes = len as u64;
 
-        let mut image = Self { lines: vec![Line([0; 64]); len.div_ceil(64)], len, blocks_at };
-        let bytes: &mut [u8] = cast_slice_mut(&mut image.lines);
+        let mut image = Self { memory: Memory::new(len), len, blocks_at };
+        let bytes = image.memory.bytes_mut();
         for (section, part) in sections.iter().zip(parts) {
             let at = section.at as usize;
             bytes[at..at + part.len()].copy_from_slice(part);
@@ -78,19 +118,19 @@ impl Image {
     /// Copies a file's bytes.
     #[must_use]
     pub fn copy_of(bytes: &[u8]) -> Self {
-        let mut lines = vec![Line([0; 64]); bytes.len().div_ceil(64)];
-        cast_slice_mut(&mut lines)[..bytes.len()].copy_from_slice(bytes);
-        Self { lines, len: bytes.len(), blocks_at: bytes.len() }
+        let mut memory = Memory::new(bytes.len());
+        memory.bytes_mut()[..bytes.len()].copy_from_slice(bytes);
+        Self { memory, len: bytes.len(), blocks_at: bytes.len() }
     }
 
     /// The bytes of the file.
     #[must_use]
     pub fn bytes(&self) -> &[u8] {
-        &cast_slice(&self.lines)[..self.len]
+        &self.memory.bytes()[..self.len]
     }
 
     /// The bytes of the blocks.
     pub(crate) fn blocks_mut(&mut self) -> &mut [u8] {
-        &mut cast_slice_mut(&mut self.lines)[self.blocks_at..self.len]
+        &mut self.memory.bytes_mut()[self.blocks_at..self.len]
     }
 }
