@@ -258,6 +258,13 @@ impl<
                     continue;
                 }
                 let Some(to) = below.first_mut() else { break 'tree corrupt };
+                // It is read while its rays are selected.
+                if !COHERENT
+                    && level.block == TOP
+                    && let Some(node) = flow.source.top().node(next)
+                {
+                    flow.lanes.fetch(node);
+                }
                 if COHERENT {
                     // Not at equality: the order of hits decides among equals.
                     if level.enter.get(slot).is_some_and(|&enter| enter > beam.t_max) {
