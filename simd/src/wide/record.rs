@@ -363,19 +363,25 @@ unsafe fn used(bytes: __m128i) -> u32 {
 }
 
 /// Whether sixteen bytes can be loaded at each vertex of a record.
+///
+/// # Safety
+/// The machine has AVX2.
 #[inline(always)]
-fn can_be_loaded(vertices: Vertices<'_>, record: &Record) -> bool {
-    // Nodes and records lie behind the vertices: in all but small blocks a byte leads nowhere else.
-    usize::from(record.base) + usize::from(u8::MAX) < vertices.count()
-        || all_exist(vertices, record)
-}
-
-/// The same, one by one.
-#[cold]
-#[inline(never)]
-fn all_exist(vertices: Vertices<'_>, record: &Record) -> bool {
-    let greatest = record.index.as_flattened().iter().copied().max().unwrap_or(0);
-    usize::from(record.base) + usize::from(greatest) < vertices.count()
+unsafe fn can_be_loaded(vertices: Vertices<'_>, record: &Record) -> bool {
+    let Some(last) = vertices.count().checked_sub(1 + usize::from(record.base)) else {
+        return false;
+    };
+    // Nodes and records lie behind the vertices: in a large block a byte leads nowhere else.
+    if last >= usize::from(u8::MAX) {
+        return true;
+    }
+    // SAFETY: by the caller. A record has sixteen bytes.
+    unsafe {
+        let last = _mm_set1_epi8(last as i8);
+        let bytes = _mm_loadu_si128(core::ptr::from_ref(record).cast());
+        let within = _mm_cmpeq_epi8(_mm_max_epu8(bytes, last), last);
+        _mm_movemask_epi8(within) & 0xfff == 0xfff
+    }
 }
 
 /// Step 1 for twelve vertices; `z` is not yet multiplied. `None` if one does not exist.
