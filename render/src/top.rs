@@ -3,7 +3,7 @@
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
-use kiloray_core::block::format::{Child, Node, Ref};
+use kiloray_core::block::format::{BlockHeader, Child, Node, RECORD_SPHERES, Ref};
 use kiloray_core::block::{
     BlockView, Expanded, ExpandedChild, ExpandedNode, ExpandedTop, KiloView,
 };
@@ -63,7 +63,8 @@ impl Top {
                     (Some(index), _) => ExpandedChild::Node(numbers[index]),
                     (None, Child::Empty) => ExpandedChild::Empty,
                     (None, Child::Leaf { at, count }) if block < ExpandedChild::LEAF_BLOCKS => {
-                        ExpandedChild::Leaf { block, at, count }
+                        let lines = lines(&view, at, count);
+                        ExpandedChild::Leaf { block, at, count, lines }
                     }
                     (None, child) => {
                         let to = inside(&view, child)
@@ -212,6 +213,27 @@ fn inside(view: &BlockView<'_>, child: Child) -> Option<(u32, u16)> {
         Child::Ref(index) => view.reference(index).map(|to| (to.block, to.node)),
         Child::Leaf { .. } | Child::Empty => None,
     }
+}
+
+/// Where the vertices of a leaf lie, as [`ExpandedNode::lines`] has it: the line from which on most are read. 0 if that does not fit in.
+fn lines(view: &BlockView<'_>, at: u16, count: u16) -> u8 {
+    let mut lines = Vec::with_capacity(64);
+    for record in view.leaf(at, count) {
+        let base = record.base & !RECORD_SPHERES;
+        for &index in record.index.iter().filter(|[a, b, c]| a != b || b != c).flatten() {
+            let begin = size_of::<BlockHeader>() + 12 * usize::from(base + u16::from(index));
+            lines.extend([begin, begin + 11].map(|byte| byte / ExpandedNode::LINE_BYTES));
+        }
+    }
+    lines.sort_unstable();
+    lines.dedup();
+    let read = |from: usize| {
+        let ahead = lines[from..].iter();
+        ahead.take_while(|&&line| line < lines[from] + ExpandedNode::LINES).count()
+    };
+    // The first of equal ones.
+    let best = (0..lines.len()).rev().max_by_key(|&from| read(from));
+    best.and_then(|from| u8::try_from(lines[from]).ok()).unwrap_or(0)
 }
 
 /// Half the surface of a slot's box.

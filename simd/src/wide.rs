@@ -10,7 +10,7 @@ use core::fmt::Debug;
 use core::marker::PhantomData;
 
 use kiloray_core::block::format::{BlockHeader, Node, Record};
-use kiloray_core::block::{ExpandedNode, Vertices};
+use kiloray_core::block::{BlockView, ExpandedNode, Vertices};
 use kiloray_core::geometry::{self, PreparedRay};
 use kiloray_core::real::{LANES, Part};
 use kiloray_core::trace::{
@@ -125,6 +125,15 @@ impl<P: PutDown> Lanes for Wide<P> {
         }
     }
 
+    #[inline(always)]
+    fn fetch_lines<const COUNT: usize>(self, view: &BlockView<'_>, from: usize) {
+        let lines = core::ptr::from_ref(view.header()).cast::<[i8; 64]>();
+        for line in from..from + COUNT {
+            // SAFETY: a value of Wide exists, so the machine has SSE, which may be asked for any address.
+            unsafe { _mm_prefetch::<_MM_HINT_T0>(lines.wrapping_add(line).cast()) };
+        }
+    }
+
     // A call keeps no wide register.
     #[inline(always)]
     fn renew(self, frame: &mut Frame, ray: &PreparedRay, header: &BlockHeader) {
@@ -145,7 +154,7 @@ impl<P: PutDown> Lanes for Wide<P> {
         unsafe {
             let hits = boxes::stored(frame, node, span);
             let children = Children::Stored(_mm_loadu_si128(node.child.as_ptr().cast()));
-            let first = |slot: usize| u32::from(node.child[slot & 7]);
+            let first = |slot: usize| (u32::from(node.child[slot & 7]), 0);
             P::put_down(&hits, turn, turn.of_node(&node.order), children, first, Some(tag), to)
         }
     }
@@ -162,13 +171,14 @@ impl<P: PutDown> Lanes for Wide<P> {
         // SAFETY: as above; the load is of eight u32, aligned as the node is.
         unsafe {
             let hits = boxes::expanded(frame, node, span);
-            let children = Children::Expanded(_mm256_load_si256(node.child.as_ptr().cast()));
+            let children = _mm256_load_si256(node.child.as_ptr().cast());
+            let children = Children::Expanded(children, &node.lines);
             let first = |slot: usize| {
                 // A branch, which in place it stays: the next node need not wait for a child to be read.
                 if node.nodes >> (slot & 7) & 1 == 1 {
-                    node.first.wrapping_add(slot as u32)
+                    (node.first.wrapping_add(slot as u32), 0)
                 } else {
-                    in_place(node).child[slot & 7]
+                    (in_place(node).child[slot & 7], node.lines[slot & 7])
                 }
             };
             P::put_down(&hits, turn, turn.of_node(&node.order), children, first, None, to)

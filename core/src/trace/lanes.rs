@@ -3,7 +3,7 @@ use super::group::{Crossings, Filled, GROUP, Group, Kind, Octet, Quad, Row, Verd
 use super::stack::{Met, Places};
 use super::turn::Turn;
 use crate::block::format::{BlockHeader, Node, Record};
-use crate::block::{ExpandedNode, Vertices};
+use crate::block::{BlockView, ExpandedNode, Vertices};
 use crate::geometry::{PreparedRay, Ray};
 use crate::real::{LANES, Part, Real};
 
@@ -55,6 +55,10 @@ pub trait Lanes: Copy {
     /// Has a node read that will probably be visited, and goes on meanwhile.
     #[inline(always)]
     fn fetch(self, _: &ExpandedNode) {}
+
+    /// Has so many [lines](ExpandedNode::LINE_BYTES) of a block read, from one on.
+    #[inline(always)]
+    fn fetch_lines<const COUNT: usize>(self, _: &BlockView<'_>, _from: usize) {}
 
     /// Makes a frame anew after a call, where that takes less than to save it each time that there might be one.
     #[inline(always)]

@@ -124,7 +124,7 @@ fn visit<T: Copy>(
     let [ix, iy, iz] = frame.inv;
     let [nx, ny, nz] = frame.near;
     let [fx, fy, fz] = frame.far;
-    let mut met = Met { count: 0, first: 0 };
+    let mut met = Met { count: 0, first: 0, lines: 0 };
     // The last first, so that the first comes to lie before all others.
     for place in (0..8).rev() {
         let slot = turn.slot(order, place);
@@ -152,7 +152,7 @@ fn visit<T: Copy>(
             if let Some(place) = to.entry.get_mut(free) {
                 *place = entry;
             }
-            met = Met { count: met.count + 1, first: entry };
+            met = Met { count: met.count + 1, first: entry, lines: 0 };
         }
     }
     met

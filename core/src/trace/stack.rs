@@ -96,6 +96,8 @@ pub struct Met {
     pub count: u32,
     /// The one that is visited first. Means nothing if there is none.
     pub first: u32,
+    /// Of an expanded node, if that is a leaf, its [lines](crate::block::ExpandedNode::lines), or 0.
+    pub lines: u8,
 }
 
 /// Where on a stack a traversal is.

@@ -7,7 +7,8 @@ use super::query::Query;
 use super::stack::{Entry, Next};
 use super::turn::Turn;
 use super::walk::{Leave, Run};
-use crate::block::{BlockSource, ExpandedTop};
+use crate::block::format::Record;
+use crate::block::{BlockSource, ExpandedNode, ExpandedTop};
 
 /// Its number, among those of blocks. No file has so many.
 pub(super) const TOP: u32 = u32::MAX;
@@ -28,6 +29,8 @@ pub(super) fn in_top<L: Lanes, S: BlockSource, Q: Query>(
     let Cursor { ray, stack, visited, crossings, .. } = cursor;
     // Apart from the run, which others know of: so they stay in registers.
     let (mut at, mut height, mut t_max) = (run.at, run.height, run.t_max);
+    // Of the leaf that comes next, where that is known.
+    let mut lines = 0;
     let leave = 'top: loop {
         // Children that waited are gone on with in here: the frame stays in registers from one to the next.
         let spread = lanes.spread(frame);
@@ -42,16 +45,23 @@ pub(super) fn in_top<L: Lanes, S: BlockSource, Q: Query>(
             let met = lanes.visit_expanded(&spread, node, turn, (run.t_min, t_max), places);
             if met.count != 0 {
                 stack.descend(&mut height, &mut at, met);
+                lines = met.lines;
                 // What waits first is visited later, unless any hit ends the ray: it is read meanwhile.
                 if query.shortens()
                     && met.count > 1
                     && let Some(next) = stack.waiting(&height)
-                    && let Some(node) = source.top().node(next.0)
                 {
-                    lanes.fetch(node);
+                    if let Some(node) = source.top().node(next.0) {
+                        lanes.fetch(node);
+                    } else if let Some((block, at, _)) = ExpandedTop::leaf(next.0)
+                        && let Ok(view) = source.block(block)
+                    {
+                        lanes.fetch_lines::<4>(&view, line_of(at));
+                    }
                 }
                 continue;
             }
+            lines = 0;
             match stack.next(&mut height, &mut at, query.shortens().then_some(t_max)) {
                 Next::Here => {}
                 Next::Elsewhere => break 'top Ok(Leave::Block),
@@ -63,6 +73,10 @@ pub(super) fn in_top<L: Lanes, S: BlockSource, Q: Query>(
                 Ok(view) => view,
                 Err(error) => break Err(TraceError::Source(error)),
             };
+            // Vertices are asked for when the record is there, the header when there is a hit, and more records probably soon: all is read meanwhile.
+            lanes.fetch_lines::<{ ExpandedNode::LINES }>(&view, lines.into());
+            lanes.fetch_lines::<1>(&view, 0);
+            lanes.fetch_lines::<2>(&view, line_of(at_record) + 1);
             visited.blocks = visited.blocks.wrapping_add(1);
             at.tests();
             let records = view.leaf(at_record, count);
@@ -75,6 +89,7 @@ pub(super) fn in_top<L: Lanes, S: BlockSource, Q: Query>(
             (at.block, at.entry) = (to.block, Entry::new(to.node, 0));
             break Ok(if left { Leave::Block } else { Leave::Corrupt });
         }
+        lines = 0;
         match stack.next(&mut height, &mut at, query.shortens().then_some(t_max)) {
             Next::Here => {}
             Next::Elsewhere => break Ok(Leave::Block),
@@ -83,4 +98,10 @@ pub(super) fn in_top<L: Lanes, S: BlockSource, Q: Query>(
     };
     (run.at, run.height, run.t_max) = (at, height, t_max);
     leave
+}
+
+/// The line of a block that has this record.
+#[inline(always)]
+const fn line_of(record: u16) -> usize {
+    record as usize * size_of::<Record>() / ExpandedNode::LINE_BYTES
 }

@@ -93,7 +93,7 @@ impl Hits {
         mut to: Places<'_>,
         entry: impl Fn(usize, u32) -> u32,
     ) -> Met {
-        let mut met = Met { count: 0, first: 0 };
+        let mut met = Met { count: 0, first: 0, lines: 0 };
         let slots = self.mask();
         if slots == 0 {
             return met;
@@ -108,7 +108,7 @@ impl Hits {
                 if let Some(near) = &mut to.near {
                     near[free] = self.enter[slot];
                 }
-                met = Met { count: met.count + 1, first: entry };
+                met = Met { count: met.count + 1, first: entry, lines: 0 };
             }
         }
         met

@@ -68,9 +68,20 @@ fn put_down(visit: impl FnOnce(Places<'_>) -> Met) -> (Option<u32>, Vec<u32>, Ve
     ((met.count > 0).then_some(met.first), near, entry[from..].to_vec())
 }
 
-/// What is met of a node by a ray, prepared before and from the start.
+/// The lines that may come with a child: those of its slot where lanes read ahead, and none for a node, which has none.
+fn lines_of(node: &ExpandedNode, child: u32, ahead: bool) -> Vec<u8> {
+    let slots = (0..8).filter(|&slot| node.child[slot] == child);
+    let of_slot = |slot: usize| {
+        let may_be_none = !ahead || node.nodes >> slot & 1 == 1;
+        [Some(node.lines[slot]).filter(|_| ahead), Some(0).filter(|_| may_be_none)]
+    };
+    slots.flat_map(of_slot).flatten().collect()
+}
+
+/// What is met of a node by a ray, prepared before and from the start, by lanes that read `ahead` or do not.
 fn of_node<L: Lanes>(
     lanes: L,
+    ahead: bool,
     ray: &Ray,
     (header, node, expanded): (&BlockHeader, &Node, &ExpandedNode),
     turn: Turn,
@@ -80,10 +91,12 @@ fn of_node<L: Lanes>(
         let frame = lanes.frame(ray, header);
         let stored = put_down(|to| lanes.visit(&frame, node, turn, span, 5 << 24, to));
         let frame = lanes.frame(ray, &ExpandedTop::FRAME);
-        (
-            stored,
-            put_down(|to| lanes.visit_expanded(&lanes.spread(&frame), expanded, turn, span, to)),
-        )
+        let visit = |to: Places<'_>| {
+            let met = lanes.visit_expanded(&lanes.spread(&frame), expanded, turn, span, to);
+            assert!(met.count == 0 || lines_of(expanded, met.first, ahead).contains(&met.lines));
+            met
+        };
+        (stored, put_down(visit))
     };
     let prepared = lanes.prepare(ray, &mut PreparedRay::NONE.clone());
     (met(&lanes.ray(&PreparedRay::new(ray))), prepared.map(|ray| met(&ray)))
@@ -237,12 +250,12 @@ proptest! {
             order,
             first: first.into(),
             nodes: known.into(),
-            _zero: [0; 2],
+            lines: [1, 2, 3, 4, 5, 6, 7, 8],
         };
         let (turn, nodes) = (Turn::new(signs, from_end), (&header, &node, &expanded));
         prop_assert_eq!(
-            format!("{:?}", of_node(Portable, &ray, nodes, turn, span)),
-            format!("{:?}", of_node(wide, &ray, nodes, turn, span))
+            format!("{:?}", of_node(Portable, false, &ray, nodes, turn, span)),
+            format!("{:?}", of_node(wide, true, &ray, nodes, turn, span))
         );
     }
 }

@@ -24,8 +24,8 @@ pub trait PutDown: Copy + Debug {
     /// The machine has AVX2, and this is possible.
     unsafe fn apart<T: Part>(part: T) -> T::Result;
 
-    /// [`Lanes::visit`](kiloray_core::trace::Lanes::visit) of boxes that were tested: `order` is the ray's word of the node, `first` has its children as well. With a
-    /// tag they get it and their places.
+    /// [`Lanes::visit`](kiloray_core::trace::Lanes::visit) of boxes that were tested: `order` is the ray's word of the node, `first` has its children as well, with
+    /// [`Met::lines`]. With a tag they get it and their places.
     ///
     /// # Safety
     /// The machine has AVX2, and this is possible.
@@ -33,8 +33,8 @@ pub trait PutDown: Copy + Debug {
         hits: &Hits,
         turn: Turn,
         order: u32,
-        children: Children,
-        first: impl Fn(usize) -> u32,
+        children: Children<'_>,
+        first: impl Fn(usize) -> (u32, u8),
         tag: Option<u32>,
         to: Places<'_>,
     ) -> Met;
@@ -42,11 +42,11 @@ pub trait PutDown: Copy + Debug {
 
 /// The children of a node, by slot.
 #[derive(Debug, Clone, Copy)]
-pub enum Children {
+pub enum Children<'n> {
     /// Eight numbers of two bytes.
     Stored(__m128i),
-    /// Of four bytes, as they are in the top.
-    Expanded(__m256i),
+    /// Of four bytes, as they are in the top, and their lines.
+    Expanded(__m256i, &'n [u8; 8]),
 }
 
 /// With a table of all masks.
@@ -57,7 +57,7 @@ pub struct ByTable;
 #[derive(Debug, Clone, Copy)]
 pub struct ByCompression;
 
-const NONE: Met = Met { count: 0, first: 0 };
+const NONE: Met = Met { count: 0, first: 0, lines: 0 };
 
 /// By which slots come down from a word, forward and backward: place `k` lies `SHIFTS[_][k]` bits up.
 static SHIFTS: [[u32; 8]; 2] = [[0, 3, 6, 9, 12, 15, 18, 21], [21, 18, 15, 12, 9, 6, 3, 0]];
@@ -96,7 +96,7 @@ unsafe fn in_order(
     hits: &Hits,
     turn: Turn,
     order: u32,
-    children: Children,
+    children: Children<'_>,
     tag: Option<u32>,
 ) -> Ordered {
     // SAFETY: by the caller; the load is of eight numbers.
@@ -106,7 +106,7 @@ unsafe fn in_order(
         let slots = _mm256_srlv_epi32(_mm256_set1_epi32(order as i32), shifts);
         let children = match children {
             Children::Stored(children) => _mm256_cvtepu16_epi32(children),
-            Children::Expanded(children) => children,
+            Children::Expanded(children, _) => children,
         };
         let mut child = _mm256_permutevar8x32_epi32(children, slots);
         if let Some(tag) = tag {
@@ -213,8 +213,8 @@ impl PutDown for ByTable {
         hits: &Hits,
         turn: Turn,
         order: u32,
-        children: Children,
-        first: impl Fn(usize) -> u32,
+        children: Children<'_>,
+        first: impl Fn(usize) -> (u32, u8),
         tag: Option<u32>,
         to: Places<'_>,
     ) -> Met {
@@ -229,13 +229,14 @@ impl PutDown for ByTable {
                 // So it is with about half of all nodes, and the next one need not wait for the order.
                 let slot = any.trailing_zeros();
                 let place = || turn.place(order, slot as usize) << 16;
-                let first = first(slot as usize) | tag.map_or(0, |tag| tag | place());
+                let (first, lines) = first(slot as usize);
+                let first = first | tag.map_or(0, |tag| tag | place());
                 let slot = _mm256_castsi128_si256(_mm_cvtsi32_si128(slot as i32));
                 if let Some(near) = to.near {
                     near[7] = _mm256_cvtss_f32(_mm256_permutevar8x32_ps(hits.enter, slot));
                 }
                 to.entry[7] = first;
-                return Met { count: 1, first };
+                return Met { count: 1, first, lines };
             }
             let slots = slots(turn, order);
             let met = _mm256_castps_si256(met);
@@ -247,7 +248,7 @@ impl PutDown for ByTable {
             let index = _mm256_cvtepu8_epi32(_mm_shuffle_epi8(slots, from));
             let children = match children {
                 Children::Stored(children) => _mm256_cvtepu16_epi32(children),
-                Children::Expanded(children) => children,
+                Children::Expanded(children, _) => children,
             };
             let mut entry = _mm256_permutevar8x32_epi32(children, index);
             if let Some(tag) = tag {
@@ -262,8 +263,9 @@ impl PutDown for ByTable {
             _mm256_storeu_si256(to.entry.as_mut_ptr().cast(), entry);
             // Not from there: the next node waits for it.
             let place = mask.trailing_zeros();
-            let first = first(turn.slot(order, place)) | tag.map_or(0, |tag| tag | place << 16);
-            Met { count: mask.count_ones(), first }
+            let (first, lines) = first(turn.slot(order, place));
+            let first = first | tag.map_or(0, |tag| tag | place << 16);
+            Met { count: mask.count_ones(), first, lines }
         }
     }
 }
@@ -287,8 +289,8 @@ impl PutDown for ByCompression {
         hits: &Hits,
         turn: Turn,
         order: u32,
-        children: Children,
-        _: impl Fn(usize) -> u32,
+        children: Children<'_>,
+        _: impl Fn(usize) -> (u32, u8),
         tag: Option<u32>,
         to: Places<'_>,
     ) -> Met {
@@ -307,7 +309,11 @@ impl PutDown for ByCompression {
             }
             let entry = _mm256_permutevar8x32_epi32(child, from);
             _mm256_storeu_si256(to.entry.as_mut_ptr().cast(), entry);
-            Met { count: mask.count_ones(), first }
+            let lines = match children {
+                Children::Stored(_) => 0,
+                Children::Expanded(_, lines) => lines[turn.slot(order, mask.trailing_zeros())],
+            };
+            Met { count: mask.count_ones(), first, lines }
         }
     }
 }

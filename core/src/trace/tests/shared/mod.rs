@@ -87,7 +87,7 @@ impl Grown {
                     }
                     // Some leaves by reference, as those of blocks with great numbers are.
                     Child::Leaf { at, count } if at % 3 > 0 => {
-                        ExpandedChild::Leaf { block, at, count }
+                        ExpandedChild::Leaf { block, at, count, lines: at as u8 }
                     }
                     child => {
                         grown.refs.push(Ref { block, node: child.encode(), _zero: 0 });
