@@ -116,11 +116,13 @@ impl<P: PutDown> Lanes for Wide<P> {
         unsafe { Spread::of(in_place(frame)) }
     }
 
+    const READS_AHEAD: bool = true;
+
     #[inline(always)]
-    fn fetch(self, node: &ExpandedNode) {
-        let lines = core::ptr::from_ref(node).cast::<[i8; 64]>();
-        for line in 0..size_of::<ExpandedNode>() / 64 {
-            // SAFETY: a value of Wide exists, so the machine has SSE; the line lies in the node.
+    fn fetch<T>(self, what: &T) {
+        let lines = core::ptr::from_ref(what).cast::<[i8; 64]>();
+        for line in 0..size_of::<T>().div_ceil(64) {
+            // SAFETY: a value of Wide exists, so the machine has SSE; the line begins in it.
             unsafe { _mm_prefetch::<_MM_HINT_T0>(lines.add(line).cast()) };
         }
     }
@@ -129,7 +131,7 @@ impl<P: PutDown> Lanes for Wide<P> {
     fn fetch_lines<const COUNT: usize>(self, view: &BlockView<'_>, from: usize) {
         let lines = core::ptr::from_ref(view.header()).cast::<[i8; 64]>();
         for line in from..from + COUNT {
-            // SAFETY: a value of Wide exists, so the machine has SSE, which may be asked for any address.
+            // SAFETY: as above, but that it may begin anywhere: what cannot be read is not.
             unsafe { _mm_prefetch::<_MM_HINT_T0>(lines.wrapping_add(line).cast()) };
         }
     }

@@ -10,7 +10,7 @@ use super::leaf::{crossed, spheres, triangle, triangles};
 use super::query::Query;
 use super::stack::Entry;
 use super::stream::{Level, Rays, Stream, planes_of};
-use super::top::TOP;
+use super::top::{TOP, fetch};
 use super::tracer::Search;
 use super::trail::Trail;
 use super::turn::Turn;
@@ -156,6 +156,7 @@ impl<
                         rows.zip(near.iter().chain(&far)).for_each(|(to, from)| *to = **from);
                     }
                     level.child = node.child;
+                    level.lines = node.lines;
                     level.order = turn.of_node(&node.order);
                     (near, far)
                 } else {
@@ -236,6 +237,16 @@ impl<
                 };
                 level.pending = flow.lanes.by_place(turn, level.order, slots);
                 level.block = block;
+                if block == TOP {
+                    // They are read while the rays of the first are selected and traced.
+                    for slot in level.slots(turn) {
+                        if let (Some(&child), Some(&lines)) =
+                            (level.child.get(slot), level.lines.get(slot))
+                        {
+                            fetch(flow.lanes, flow.source, child, lines);
+                        }
+                    }
+                }
             }
             // The next child that any ray meets.
             loop {
@@ -258,13 +269,6 @@ impl<
                     continue;
                 }
                 let Some(to) = below.first_mut() else { break 'tree corrupt };
-                // It is read while its rays are selected.
-                if !COHERENT
-                    && level.block == TOP
-                    && let Some(node) = flow.source.top().node(next)
-                {
-                    flow.lanes.fetch(node);
-                }
                 if COHERENT {
                     // Not at equality: the order of hits decides among equals.
                     if level.enter.get(slot).is_some_and(|&enter| enter > beam.t_max) {

@@ -52,11 +52,14 @@ pub trait Lanes: Copy {
     /// Takes a frame into registers, for the nodes from one leaf to the next: a leaf needs them all for itself.
     fn spread(self, frame: &Self::Frame) -> Self::Spread;
 
-    /// Has a node read that will probably be visited, and goes on meanwhile.
-    #[inline(always)]
-    fn fetch(self, _: &ExpandedNode) {}
+    /// Whether memory can be read ahead of what is done. Where not, nobody needs to find out what.
+    const READS_AHEAD: bool = false;
 
-    /// Has so many [lines](ExpandedNode::LINE_BYTES) of a block read, from one on.
+    /// Has read what will probably be asked for, and goes on meanwhile.
+    #[inline(always)]
+    fn fetch<T>(self, _: &T) {}
+
+    /// The same of so many [lines](ExpandedNode::LINE_BYTES) of a block, from one on.
     #[inline(always)]
     fn fetch_lines<const COUNT: usize>(self, _: &BlockView<'_>, _from: usize) {}
 

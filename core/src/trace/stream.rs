@@ -74,6 +74,8 @@ pub(super) struct Level<const GROUPS: usize> {
     pub(super) enter: Row,
     /// By slot: bits of the block or of the top.
     pub(super) child: [u32; 8],
+    /// By slot: [lines](crate::block::ExpandedNode::lines) of the top.
+    pub(super) lines: [u8; 8],
     /// The node's order, for the [`Turn`](super::Turn) of the rays.
     pub(super) order: u32,
     /// The block that the node lies in.
@@ -92,6 +94,7 @@ impl<const GROUPS: usize> Level<GROUPS> {
         planes: [[[0.0; 8]; 3]; 2],
         enter: [0.0; 8],
         child: [0; 8],
+        lines: [0; 8],
         order: 0,
         block: 0,
         pending: 0,

@@ -1,5 +1,6 @@
 //! The traversal of the expanded top of a tree.
 
+use super::code::INDEX;
 use super::cursor::{Cursor, TraceError};
 use super::lanes::Lanes;
 use super::leaf::leaf;
@@ -8,7 +9,7 @@ use super::stack::{Entry, Next};
 use super::turn::Turn;
 use super::walk::{Leave, Run};
 use crate::block::format::Record;
-use crate::block::{BlockSource, ExpandedNode, ExpandedTop};
+use crate::block::{BlockSource, BlockView, ExpandedNode, ExpandedTop};
 
 /// Its number, among those of blocks. No file has so many.
 pub(super) const TOP: u32 = u32::MAX;
@@ -51,13 +52,7 @@ pub(super) fn in_top<L: Lanes, S: BlockSource, Q: Query>(
                     && met.count > 1
                     && let Some(next) = stack.waiting(&height)
                 {
-                    if let Some(node) = source.top().node(next.0) {
-                        lanes.fetch(node);
-                    } else if let Some((block, at, _)) = ExpandedTop::leaf(next.0)
-                        && let Ok(view) = source.block(block)
-                    {
-                        lanes.fetch_lines::<4>(&view, line_of(at));
-                    }
+                    fetch(lanes, source, next.0, 0);
                 }
                 continue;
             }
@@ -73,10 +68,7 @@ pub(super) fn in_top<L: Lanes, S: BlockSource, Q: Query>(
                 Ok(view) => view,
                 Err(error) => break Err(TraceError::Source(error)),
             };
-            // Vertices are asked for when the record is there, the header when there is a hit, and more records probably soon: all is read meanwhile.
-            lanes.fetch_lines::<{ ExpandedNode::LINES }>(&view, lines.into());
-            lanes.fetch_lines::<1>(&view, 0);
-            lanes.fetch_lines::<2>(&view, line_of(at_record) + 1);
+            fetch_leaf(lanes, &view, at_record, lines);
             visited.blocks = visited.blocks.wrapping_add(1);
             at.tests();
             let records = view.leaf(at_record, count);
@@ -98,6 +90,36 @@ pub(super) fn in_top<L: Lanes, S: BlockSource, Q: Query>(
     };
     (run.at, run.height, run.t_max) = (at, height, t_max);
     leave
+}
+
+/// Has a child read that is visited soon, with these [lines](ExpandedNode::lines).
+#[inline(always)]
+pub(super) fn fetch<L: Lanes, S: BlockSource>(lanes: L, source: &mut S, child: u32, lines: u8) {
+    if !L::READS_AHEAD {
+        return;
+    }
+    if let Some(node) = source.top().node(child) {
+        lanes.fetch(node);
+    } else if let Some((block, record, _)) = ExpandedTop::leaf(child)
+        && let Ok(view) = source.block(block)
+    {
+        fetch_leaf(lanes, &view, record, lines);
+    } else if let Some(to) = source.top().reference(child)
+        && let Ok(view) = source.block(to.block)
+        && let Some(node) = view.node(to.node & INDEX)
+    {
+        lanes.fetch(view.header());
+        lanes.fetch(node);
+    }
+}
+
+/// Has a leaf read that is visited next: its vertices are asked for when its record is there, the header when there is a hit, and the records behind it
+/// probably soon.
+#[inline(always)]
+pub(super) fn fetch_leaf<L: Lanes>(lanes: L, view: &BlockView<'_>, record: u16, lines: u8) {
+    lanes.fetch_lines::<3>(view, line_of(record));
+    lanes.fetch_lines::<{ ExpandedNode::LINES }>(view, lines.into());
+    lanes.fetch(view.header());
 }
 
 /// The line of a block that has this record.
