@@ -109,8 +109,13 @@ impl<const GROUPS: usize> Level<GROUPS> {
 
     /// The slots that are still to be visited.
     pub(super) fn slots(&self, turn: Turn) -> impl Iterator<Item = usize> {
-        let pending = u32::from(self.pending);
-        let places = (0..8).filter(move |place| pending >> place & 1 != 0);
+        let mut pending = u32::from(self.pending);
+        // No place is asked whether it is one: that would be guessed wrong half the time.
+        let places = core::iter::from_fn(move || {
+            let place = (pending != 0).then(|| pending.trailing_zeros());
+            pending &= pending.wrapping_sub(1);
+            place
+        });
         places.map(move |place| turn.slot(self.order, place))
     }
 
