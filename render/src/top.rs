@@ -217,12 +217,13 @@ fn inside(view: &BlockView<'_>, child: Child) -> Option<(u32, u16)> {
 
 /// Where the vertices of a leaf lie, as [`ExpandedNode::lines`] has it: the line from which on most are read. 0 if that does not fit in.
 fn lines(view: &BlockView<'_>, at: u16, count: u16) -> u8 {
+    const VERTEX: usize = size_of::<[f32; 3]>();
     let mut lines = Vec::with_capacity(64);
     for record in view.leaf(at, count) {
         let base = record.base & !RECORD_SPHERES;
         for &index in record.index.iter().filter(|[a, b, c]| a != b || b != c).flatten() {
-            let begin = size_of::<BlockHeader>() + 12 * usize::from(base + u16::from(index));
-            lines.extend([begin, begin + 11].map(|byte| byte / ExpandedNode::LINE_BYTES));
+            let begin = size_of::<BlockHeader>() + VERTEX * usize::from(base + u16::from(index));
+            lines.extend([begin, begin + VERTEX - 1].map(|byte| byte / ExpandedNode::LINE_BYTES));
         }
     }
     lines.sort_unstable();

@@ -8,6 +8,7 @@
 use core::arch::x86_64::*;
 use core::fmt::Debug;
 use core::marker::PhantomData;
+use core::ops::Range;
 
 use kiloray_core::block::format::{BlockHeader, Node, Record};
 use kiloray_core::block::{BlockView, ExpandedNode, Vertices};
@@ -67,6 +68,16 @@ fn in_place<T>(value: &T) -> &T {
     unsafe { &*place }
 }
 
+/// Has lines read, counted from where something begins.
+#[inline(always)]
+fn fetch<T>(from: &T, lines: Range<usize>) {
+    let begin = core::ptr::from_ref(from).cast::<[i8; ExpandedNode::LINE_BYTES]>();
+    for line in lines {
+        // SAFETY: each x86-64 has SSE, and may be asked for any address: what cannot be read is not.
+        unsafe { _mm_prefetch::<_MM_HINT_T0>(begin.wrapping_add(line).cast()) };
+    }
+}
+
 impl<P: PutDown> Lanes for Wide<P> {
     type Frame = Frame;
     type Spread = Spread;
@@ -120,20 +131,12 @@ impl<P: PutDown> Lanes for Wide<P> {
 
     #[inline(always)]
     fn fetch<T>(self, what: &T) {
-        let lines = core::ptr::from_ref(what).cast::<[i8; 64]>();
-        for line in 0..size_of::<T>().div_ceil(64) {
-            // SAFETY: a value of Wide exists, so the machine has SSE; the line begins in it.
-            unsafe { _mm_prefetch::<_MM_HINT_T0>(lines.add(line).cast()) };
-        }
+        fetch(what, 0..size_of::<T>().div_ceil(ExpandedNode::LINE_BYTES));
     }
 
     #[inline(always)]
     fn fetch_lines<const COUNT: usize>(self, view: &BlockView<'_>, from: usize) {
-        let lines = core::ptr::from_ref(view.header()).cast::<[i8; 64]>();
-        for line in from..from + COUNT {
-            // SAFETY: as above, but that it may begin anywhere: what cannot be read is not.
-            unsafe { _mm_prefetch::<_MM_HINT_T0>(lines.wrapping_add(line).cast()) };
-        }
+        fetch(view.header(), from..from + COUNT);
     }
 
     // A call keeps no wide register.

@@ -30,7 +30,7 @@ pub(super) fn in_top<L: Lanes, S: BlockSource, Q: Query>(
     let Cursor { ray, stack, visited, crossings, .. } = cursor;
     // Apart from the run, which others know of: so they stay in registers.
     let (mut at, mut height, mut t_max) = (run.at, run.height, run.t_max);
-    // Of the leaf that comes next, where that is known.
+    // Of the leaf that comes next, if it was just met: one that waited takes none, and a node has none.
     let mut lines = 0;
     let leave = 'top: loop {
         // Children that waited are gone on with in here: the frame stays in registers from one to the next.
@@ -56,7 +56,6 @@ pub(super) fn in_top<L: Lanes, S: BlockSource, Q: Query>(
                 }
                 continue;
             }
-            lines = 0;
             match stack.next(&mut height, &mut at, query.shortens().then_some(t_max)) {
                 Next::Here => {}
                 Next::Elsewhere => break 'top Ok(Leave::Block),
@@ -68,7 +67,7 @@ pub(super) fn in_top<L: Lanes, S: BlockSource, Q: Query>(
                 Ok(view) => view,
                 Err(error) => break Err(TraceError::Source(error)),
             };
-            fetch_leaf(lanes, &view, at_record, lines);
+            fetch_leaf(lanes, &view, at_record, core::mem::take(&mut lines));
             visited.blocks = visited.blocks.wrapping_add(1);
             at.tests();
             let records = view.leaf(at_record, count);
@@ -81,7 +80,6 @@ pub(super) fn in_top<L: Lanes, S: BlockSource, Q: Query>(
             (at.block, at.entry) = (to.block, Entry::new(to.node, 0));
             break Ok(if left { Leave::Block } else { Leave::Corrupt });
         }
-        lines = 0;
         match stack.next(&mut height, &mut at, query.shortens().then_some(t_max)) {
             Next::Here => {}
             Next::Elsewhere => break Ok(Leave::Block),

@@ -69,19 +69,18 @@ fn put_down(visit: impl FnOnce(Places<'_>) -> Met) -> (Option<u32>, Vec<u32>, Ve
 }
 
 /// The lines that may come with a child: those of its slot where lanes read ahead, and none for a node, which has none.
-fn lines_of(node: &ExpandedNode, child: u32, ahead: bool) -> Vec<u8> {
+fn lines_of<L: Lanes>(node: &ExpandedNode, child: u32) -> Vec<u8> {
     let slots = (0..8).filter(|&slot| node.child[slot] == child);
     let of_slot = |slot: usize| {
-        let may_be_none = !ahead || node.nodes >> slot & 1 == 1;
-        [Some(node.lines[slot]).filter(|_| ahead), Some(0).filter(|_| may_be_none)]
+        let may_be_none = !L::READS_AHEAD || node.nodes >> slot & 1 == 1;
+        [Some(node.lines[slot]).filter(|_| L::READS_AHEAD), Some(0).filter(|_| may_be_none)]
     };
     slots.flat_map(of_slot).flatten().collect()
 }
 
-/// What is met of a node by a ray, prepared before and from the start, by lanes that read `ahead` or do not.
+/// What is met of a node by a ray, prepared before and from the start.
 fn of_node<L: Lanes>(
     lanes: L,
-    ahead: bool,
     ray: &Ray,
     (header, node, expanded): (&BlockHeader, &Node, &ExpandedNode),
     turn: Turn,
@@ -93,7 +92,7 @@ fn of_node<L: Lanes>(
         let frame = lanes.frame(ray, &ExpandedTop::FRAME);
         let visit = |to: Places<'_>| {
             let met = lanes.visit_expanded(&lanes.spread(&frame), expanded, turn, span, to);
-            assert!(met.count == 0 || lines_of(expanded, met.first, ahead).contains(&met.lines));
+            assert!(met.count == 0 || lines_of::<L>(expanded, met.first).contains(&met.lines));
             met
         };
         (stored, put_down(visit))
@@ -254,8 +253,8 @@ proptest! {
         };
         let (turn, nodes) = (Turn::new(signs, from_end), (&header, &node, &expanded));
         prop_assert_eq!(
-            format!("{:?}", of_node(Portable, false, &ray, nodes, turn, span)),
-            format!("{:?}", of_node(wide, true, &ray, nodes, turn, span))
+            format!("{:?}", of_node(Portable, &ray, nodes, turn, span)),
+            format!("{:?}", of_node(wide, &ray, nodes, turn, span))
         );
     }
 }
