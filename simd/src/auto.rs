@@ -59,6 +59,14 @@ impl Auto {
     }
 }
 
+impl<Else> Auto<Else> {
+    /// Traces with these on any machine.
+    #[must_use]
+    pub const fn only(rest: Else) -> Self {
+        Self { wide: None, rest }
+    }
+}
+
 impl Default for Auto {
     fn default() -> Self {
         Self::detect()

@@ -4,15 +4,19 @@ use core::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Neg, Not, Shl, Shr, Sub};
 
 use kiloray_core::real::{Bits, Double, LANES, Mask, Number, Real};
 
-use super::boxes::each;
+/// Eight of a kind, each by itself: a kernel has thousands of them, and takes minutes to compile if each is a loop.
+#[inline(always)]
+fn each<T>(of: impl Fn(usize) -> T) -> [T; LANES] {
+    [of(0), of(1), of(2), of(3), of(4), of(5), of(6), of(7)]
+}
 
 /// A number, or an answer, in each lane.
 #[derive(Debug, Clone, Copy)]
 pub struct Each<T>(pub(super) [T; LANES]);
 
-impl<T: Copy + Default> Each<T> {
+impl<T: Copy> Each<T> {
     #[inline(always)]
-    fn map<U: Copy + Default>(self, of: impl Fn(T) -> U) -> Each<U> {
+    fn map<U>(self, of: impl Fn(T) -> U) -> Each<U> {
         Each(each(|lane| of(self.0[lane])))
     }
 
@@ -24,7 +28,7 @@ impl<T: Copy + Default> Each<T> {
 
 macro_rules! operators {
     ($($trait:ident $method:ident,)*) => {
-        $(impl<T: Copy + Default + $trait<Output = T>> $trait for Each<T> {
+        $(impl<T: Copy + $trait<Output = T>> $trait for Each<T> {
             type Output = Self;
 
             #[inline(always)]
@@ -33,7 +37,7 @@ macro_rules! operators {
             }
         }
 
-        impl<T: Copy + Default + $trait<Output = T>> $trait<T> for Each<T> {
+        impl<T: Copy + $trait<Output = T>> $trait<T> for Each<T> {
             type Output = Self;
 
             #[inline(always)]
@@ -48,7 +52,7 @@ operators! {
     Add add, Sub sub, Mul mul, Div div, BitXor bitxor, BitAnd bitand, BitOr bitor, Shl shl, Shr shr,
 }
 
-impl<T: Copy + Default + Not<Output = T>> Not for Each<T> {
+impl<T: Copy + Not<Output = T>> Not for Each<T> {
     type Output = Self;
 
     #[inline(always)]
@@ -57,7 +61,7 @@ impl<T: Copy + Default + Not<Output = T>> Not for Each<T> {
     }
 }
 
-impl<T: Copy + Default + Neg<Output = T>> Neg for Each<T> {
+impl<T: Copy + Neg<Output = T>> Neg for Each<T> {
     type Output = Self;
 
     #[inline(always)]
@@ -66,7 +70,7 @@ impl<T: Copy + Default + Neg<Output = T>> Neg for Each<T> {
     }
 }
 
-impl<T: Copy + Default + Number> Number for Each<T> {
+impl<T: Copy + Number> Number for Each<T> {
     #[inline(always)]
     fn sqrt(self) -> Self {
         self.map(T::sqrt)
