@@ -255,6 +255,48 @@ unsafe fn high(v: __m256) -> __m128 {
     unsafe { _mm256_extractf128_ps::<1>(v) }
 }
 
+/// The greater of numbers that are not negative, as whole numbers: in a cycle, not four.
+///
+/// # Safety
+/// The machine has AVX2.
+#[inline(always)]
+unsafe fn greater(a: __m128, b: __m128) -> __m128 {
+    // SAFETY: by the caller.
+    unsafe { _mm_castsi128_ps(_mm_max_epi32(_mm_castps_si128(a), _mm_castps_si128(b))) }
+}
+
+/// The greatest magnitude of three vertices' coordinates, by triangle. (No closure: one that is not inlined has calls for instructions, `tests/inlined`.)
+///
+/// # Safety
+/// The machine has AVX2.
+#[inline(always)]
+unsafe fn widest(ab: __m256, c: __m128) -> __m128 {
+    // SAFETY: by the caller.
+    unsafe {
+        let ab = _mm256_andnot_ps(_mm256_set1_ps(-0.0), ab);
+        let c = _mm_andnot_ps(_mm_set1_ps(-0.0), c);
+        greater(greater(low(ab), high(ab)), c)
+    }
+}
+
+/// Where a ray enters and leaves the triangles' own boxes along an axis.
+///
+/// # Safety
+/// The machine has AVX2.
+#[inline(always)]
+unsafe fn slab((ab, c): (__m256, __m128), pad: __m128, inv: f32) -> (__m128, __m128) {
+    // SAFETY: by the caller.
+    unsafe {
+        let inv = _mm_set1_ps(inv);
+        let least = _mm_min_ps(_mm_min_ps(low(ab), high(ab)), c);
+        let greatest = _mm_max_ps(_mm_max_ps(low(ab), high(ab)), c);
+        let t0 = _mm_mul_ps(_mm_sub_ps(least, pad), inv);
+        let t1 = _mm_mul_ps(_mm_add_ps(greatest, pad), inv);
+        // The one that the sign of `inv` makes the first is the lesser: `least - pad < greatest + pad`, or all is one number.
+        (_mm_min_ps(t0, t1), _mm_max_ps(t0, t1))
+    }
+}
+
 /// The triangles among these that the ray hits.
 ///
 /// # Safety
@@ -273,19 +315,7 @@ unsafe fn crossed(
         let &Sheared { from01, from2, x01, y01, x2, y2 } = vertices;
         let set = |x: f32| _mm_set1_ps(x);
         let zero = _mm_setzero_ps();
-        let low = |v: __m256| _mm256_castps256_ps128(v);
-        let high = |v: __m256| _mm256_extractf128_ps::<1>(v);
         let magnitude = |x: __m128| _mm_andnot_ps(set(-0.0), x);
-        let least_of = |ab: __m256, c: __m128| _mm_min_ps(_mm_min_ps(low(ab), high(ab)), c);
-        let greatest_of = |ab: __m256, c: __m128| _mm_max_ps(_mm_max_ps(low(ab), high(ab)), c);
-        // Of numbers that are not negative, as whole numbers: in a cycle, not four.
-        let greater = |a: __m128, b: __m128| {
-            _mm_castsi128_ps(_mm_max_epi32(_mm_castps_si128(a), _mm_castps_si128(b)))
-        };
-        let widest = |ab: __m256, c: __m128| {
-            let ab = _mm256_andnot_ps(_mm256_set1_ps(-0.0), ab);
-            greater(greater(low(ab), high(ab)), magnitude(c))
-        };
         let det = _mm_add_ps(_mm_add_ps(u, v), w);
         let size = magnitude(det);
         let part = _mm_mul_ps(_mm_mul_ps(widest(x01, x2), widest(y01, y2)), set(DET_PART));
@@ -310,21 +340,13 @@ unsafe fn crossed(
             _mm_mul_ps(b2, z(from2[2])),
         );
         // Step 5. Rounding is monotone: the least of the differences is the difference of the least.
-        let ends_of = |axis: usize| {
-            (least_of(from01[axis], from2[axis]), greatest_of(from01[axis], from2[axis]))
-        };
-        let ends = [ends_of(0), ends_of(1), ends_of(2)];
-        let far = |axis: usize| widest(from01[axis], from2[axis]);
-        let pad = greater(greater(far(0), far(1)), far(2));
+        let ([x01, y01, z01], [x2, y2, z2]) = (from01, from2);
+        let pad = greater(greater(widest(x01, x2), widest(y01, y2)), widest(z01, z2));
         let pad = _mm_mul_ps(pad, set(PreparedRay::PAD));
-        let slab = |axis: usize, (l, h): (__m128, __m128)| {
-            let inv = set(ray.inv[axis]);
-            let t0 = _mm_mul_ps(_mm_sub_ps(l, pad), inv);
-            let t1 = _mm_mul_ps(_mm_add_ps(h, pad), inv);
-            // The one that the sign of `inv` makes the first is the lesser: `l - pad < h + pad`, or all is one number.
-            (_mm_min_ps(t0, t1), _mm_max_ps(t0, t1))
-        };
-        let ((x0, x1), (y0, y1), (z0, z1)) = (slab(0, ends[0]), slab(1, ends[1]), slab(2, ends[2]));
+        let [ix, iy, iz, _] = ray.inv;
+        let (x0, x1) = slab((x01, x2), pad, ix);
+        let (y0, y1) = slab((y01, y2), pad, iy);
+        let (z0, z1) = slab((z01, z2), pad, iz);
         let enter = _mm_max_ps(_mm_max_ps(x0, y0), z0);
         let leave = _mm_min_ps(_mm_min_ps(x1, y1), z1);
         // Step 4 of a hit.
