@@ -27,7 +27,7 @@ impl Auto {
     /// Finds out what the machine can do.
     #[must_use]
     pub fn detect() -> Self {
-        Self::all().next().unwrap_or(Self { wide: None, rest: Portable })
+        Self::all().next().unwrap_or(Self::only(Portable))
     }
 
     /// All lanes that the machine has, the best first.

@@ -255,6 +255,16 @@ unsafe fn high(v: __m256) -> __m128 {
     unsafe { _mm256_extractf128_ps::<1>(v) }
 }
 
+/// Without its sign.
+///
+/// # Safety
+/// The machine has AVX2.
+#[inline(always)]
+unsafe fn magnitude(x: __m128) -> __m128 {
+    // SAFETY: by the caller.
+    unsafe { _mm_andnot_ps(_mm_set1_ps(-0.0), x) }
+}
+
 /// The greater of numbers that are not negative, as whole numbers: in a cycle, not four.
 ///
 /// # Safety
@@ -274,8 +284,7 @@ unsafe fn widest(ab: __m256, c: __m128) -> __m128 {
     // SAFETY: by the caller.
     unsafe {
         let ab = _mm256_andnot_ps(_mm256_set1_ps(-0.0), ab);
-        let c = _mm_andnot_ps(_mm_set1_ps(-0.0), c);
-        greater(greater(low(ab), high(ab)), c)
+        greater(greater(low(ab), high(ab)), magnitude(c))
     }
 }
 
@@ -284,10 +293,11 @@ unsafe fn widest(ab: __m256, c: __m128) -> __m128 {
 /// # Safety
 /// The machine has AVX2.
 #[inline(always)]
-unsafe fn slab((ab, c): (__m256, __m128), pad: __m128, inv: f32) -> (__m128, __m128) {
+unsafe fn slab(ab: __m256, c: __m128, pad: __m128, inv: f32) -> (__m128, __m128) {
     // SAFETY: by the caller.
     unsafe {
         let inv = _mm_set1_ps(inv);
+        // Rounding is monotone: the least of the differences is the difference of the least.
         let least = _mm_min_ps(_mm_min_ps(low(ab), high(ab)), c);
         let greatest = _mm_max_ps(_mm_max_ps(low(ab), high(ab)), c);
         let t0 = _mm_mul_ps(_mm_sub_ps(least, pad), inv);
@@ -315,7 +325,6 @@ unsafe fn crossed(
         let &Sheared { from01, from2, x01, y01, x2, y2 } = vertices;
         let set = |x: f32| _mm_set1_ps(x);
         let zero = _mm_setzero_ps();
-        let magnitude = |x: __m128| _mm_andnot_ps(set(-0.0), x);
         let det = _mm_add_ps(_mm_add_ps(u, v), w);
         let size = magnitude(det);
         let part = _mm_mul_ps(_mm_mul_ps(widest(x01, x2), widest(y01, y2)), set(DET_PART));
@@ -339,14 +348,15 @@ unsafe fn crossed(
             _mm_add_ps(_mm_mul_ps(b0, z(low(from01[2]))), _mm_mul_ps(b1, z(high(from01[2])))),
             _mm_mul_ps(b2, z(from2[2])),
         );
-        // Step 5. Rounding is monotone: the least of the differences is the difference of the least.
-        let ([x01, y01, z01], [x2, y2, z2]) = (from01, from2);
-        let pad = greater(greater(widest(x01, x2), widest(y01, y2)), widest(z01, z2));
+        // Step 5.
+        let [x_ab, y_ab, z_ab] = from01;
+        let [x_c, y_c, z_c] = from2;
+        let pad = greater(greater(widest(x_ab, x_c), widest(y_ab, y_c)), widest(z_ab, z_c));
         let pad = _mm_mul_ps(pad, set(PreparedRay::PAD));
         let [ix, iy, iz, _] = ray.inv;
-        let (x0, x1) = slab((x01, x2), pad, ix);
-        let (y0, y1) = slab((y01, y2), pad, iy);
-        let (z0, z1) = slab((z01, z2), pad, iz);
+        let (x0, x1) = slab(x_ab, x_c, pad, ix);
+        let (y0, y1) = slab(y_ab, y_c, pad, iy);
+        let (z0, z1) = slab(z_ab, z_c, pad, iz);
         let enter = _mm_max_ps(_mm_max_ps(x0, y0), z0);
         let leave = _mm_min_ps(_mm_min_ps(x1, y1), z1);
         // Step 4 of a hit.
