@@ -232,7 +232,7 @@ const fn first() -> [Octet; 256] {
 /// `Lanes::select`.
 ///
 /// # Safety
-/// The machine has AVX2 and BMI2.
+/// The machine has AVX2.
 #[inline(always)]
 pub(super) unsafe fn select(
     list: &[Octet],
@@ -241,15 +241,17 @@ pub(super) unsafe fn select(
     slot: usize,
     to: &mut [Octet],
 ) -> usize {
-    let bits = 0x0101_0101_0101_0101 << (slot & 7);
     let chunks = count.div_ceil(GROUP).min(to.len()).min(list.len()).min(met.len());
     let to = to.as_flattened_mut().as_mut_ptr();
     let mut end = 0;
+    // SAFETY: by the caller.
+    let to_sign = unsafe { _mm_cvtsi32_si128(7 - (slot as i32 & 7)) };
     for chunk in 0..chunks {
         // SAFETY: by the caller. All have so many chunks, and before this one no more was put down than was read: eight bytes fit in.
         unsafe {
-            // Behind the list no bit is set.
-            let here = _pext_u64(u64::from_le_bytes(*met.get_unchecked(chunk)), bits);
+            // The slot's bit of each byte, as its sign. Behind the list no bit is set.
+            let met = _mm_loadl_epi64(met.get_unchecked(chunk).as_ptr().cast());
+            let here = _mm_movemask_epi8(_mm_sll_epi64(met, to_sign)) as u32;
             let ids = _mm_loadl_epi64(list.get_unchecked(chunk).as_ptr().cast());
             let from = _mm_loadl_epi64(FIRST[here as usize & 255].as_ptr().cast());
             _mm_storel_epi64(to.add(end).cast(), _mm_shuffle_epi8(ids, from));

@@ -383,14 +383,17 @@ unsafe fn crossed(
 /// The places of a record that hold a triangle: of one without, three bytes are alike.
 ///
 /// # Safety
-/// The machine has SSE2 and BMI2.
+/// The machine has SSSE3.
 #[inline(always)]
 unsafe fn used(bytes: __m128i) -> u32 {
     // SAFETY: by the caller.
     unsafe {
-        let next = _mm_srli_si128::<1>(bytes);
-        let alike = _mm_movemask_epi8(_mm_cmpeq_epi8(bytes, next)) as u32;
-        _pext_u32(!(alike & alike >> 1), 0b001_001_001_001)
+        // The first bytes of all, then the second, then the third.
+        let corners = _mm_setr_epi8(0, 3, 6, 9, 1, 4, 7, 10, 2, 5, 8, 11, -1, -1, -1, -1);
+        let corners = _mm_shuffle_epi8(bytes, corners);
+        let alike = _mm_cmpeq_epi8(corners, _mm_srli_si128::<4>(corners));
+        let alike = _mm_movemask_epi8(alike) as u32;
+        !(alike & alike >> 4) & 0b1111
     }
 }
 
