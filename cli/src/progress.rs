@@ -39,6 +39,11 @@ impl Progress {
         self.0.set_position(done);
     }
 
+    /// One step more.
+    pub(crate) fn advance(&self) {
+        self.0.inc(1);
+    }
+
     /// A word on it.
     pub(crate) fn message(&self, message: String) {
         self.0.set_message(message);

@@ -2,6 +2,7 @@
 import os
 import sys
 import tempfile
+from concurrent.futures import ThreadPoolExecutor
 
 import kiloray
 import radiance
@@ -68,28 +69,29 @@ VIEWS = {
 }
 SCENES.update({name: LIT + MATT + BALL for name in VIEWS})
 
+FILES = ('scene.rad', 'view.vf', 'scene.oct', 'radiance.hdr', 'kiloray.exr')
 WITHIN = 0.003
 SIZE = 160
 
 
-def difference(scene, view):
+def difference(name):
     """By what part the mean of smooth pixels is greater than Radiance's."""
-    with open('scene.rad', 'w', encoding='utf-8') as out:
-        out.write(scene)
-    with open('view.vf', 'w', encoding='utf-8') as out:
-        out.write('rvu ' + view + '\n')
-    radiance.octree('scene.rad', 'scene.oct')
-    radiance.picture('scene.oct', 'view.vf', SIZE, 'radiance.hdr')
-    kiloray.render('scene.rad', 'kiloray.exr', view='view.vf', width=SIZE, height=SIZE, samples=16)
-    return kiloray.difference('radiance.hdr', 'kiloray.exr')[1]
+    with tempfile.TemporaryDirectory() as folder:
+        scene, view, octree, exact, ours = (os.path.join(folder, file) for file in FILES)
+        with open(scene, 'w', encoding='utf-8') as out:
+            out.write(SCENES[name])
+        with open(view, 'w', encoding='utf-8') as out:
+            out.write('rvu ' + VIEWS.get(name, VIEW) + '\n')
+        radiance.octree(scene, octree)
+        radiance.picture(octree, view, SIZE, exact)
+        kiloray.render(scene, ours, view=view, width=SIZE, height=SIZE, samples=16, threads=1)
+        return kiloray.difference(exact, ours)[1]
 
 
 def main():
     failed = 0
-    with tempfile.TemporaryDirectory() as folder:
-        os.chdir(folder)
-        for name, scene in SCENES.items():
-            part = difference(scene, VIEWS.get(name, VIEW))
+    with ThreadPoolExecutor(os.cpu_count()) as cores:
+        for name, part in zip(SCENES, cores.map(difference, SCENES)):
             ok = abs(part) <= WITHIN
             failed += not ok
             print('%-32s %+.3f %%%s' % (name, 100 * part, '' if ok else '  FAILED'), flush=True)

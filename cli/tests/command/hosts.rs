@@ -187,7 +187,7 @@ mod boards {
     }
 
     #[test]
-    #[ignore = "needs QEMU and a compiler for boards: run by .ci/run board"]
+    #[ignore = "needs QEMU and a compiler for boards: run by .ci/run ring"]
     fn survive_noise() {
         let folder = Folder::new();
         let picture = format!("sinc:12 {PICTURE} --block 1KiB");
@@ -199,7 +199,7 @@ mod boards {
     }
 
     #[test]
-    #[ignore = "needs QEMU and a compiler for boards: run by .ci/run board"]
+    #[ignore = "needs QEMU and a compiler for boards: run by .ci/run ring"]
     fn survive_a_death() {
         let folder = Folder::new();
         let picture = format!("sinc:12 {PICTURE} --block 1KiB --width 48");
@@ -213,7 +213,7 @@ mod boards {
     }
 
     #[test]
-    #[ignore = "needs QEMU and a compiler for boards: run by .ci/run board"]
+    #[ignore = "needs QEMU and a compiler for boards: run by .ci/run ring"]
     fn a_death_that_cannot_be_survived_is_said() {
         for (mesh, part) in [("", "--block-replicas 2"), (" --block-replicas 2", "led over it")] {
             let folder = Folder::new();
@@ -233,7 +233,7 @@ mod boards {
     }
 
     #[test]
-    #[ignore = "needs QEMU and a compiler for boards: run by .ci/run board"]
+    #[ignore = "needs QEMU and a compiler for boards: run by .ci/run ring"]
     fn end_with_their_host() {
         let folder = Folder::new();
         let mut host =
@@ -245,13 +245,13 @@ mod boards {
     }
 
     #[test]
-    #[ignore = "needs QEMU and a compiler for boards: run by .ci/run board"]
+    #[ignore = "needs QEMU and a compiler for boards: run by .ci/run ring"]
     fn keep_bits_and_budgets() {
         keeps_bits_and_budgets(&BOARDS);
     }
 
     #[test]
-    #[ignore = "needs QEMU and a compiler for boards: run by .ci/run board"]
+    #[ignore = "needs QEMU and a compiler for boards: run by .ci/run ring"]
     fn refuse_budgets() {
         refuses_budgets(&BOARDS);
     }
