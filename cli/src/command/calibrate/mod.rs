@@ -113,12 +113,12 @@ pub(super) fn run(arguments: &args::Calibrate) -> Outcome {
     line(format_args!("{path}: use it with 'kiloray sim SCENE --profile {path}'"))
 }
 
-/// Measures with so many threads at once; counts, which takes no time of any picture, on all cores. The pictures take turns, so that what else the machine does for a while is shared out.
+/// Counts on all cores, then measures with so many threads at once. The pictures take turns, so that what else the machine does for a while is shared out.
 fn measure(threads: usize, repeats: u32, quiet: bool) -> Outcome<Machine> {
     let pictures = || SEEN.iter().chain(&UNSEEN);
     let all = pictures().count() as u64;
     let bar = Progress::new("counting", all, quiet);
-    let counted = pictures().collect::<Vec<_>>().into_par_iter().map(|picture| {
+    let counted = SEEN.par_iter().chain(&UNSEEN).map(|picture| {
         bar.message(picture.to_string());
         picture.count().inspect(|_| bar.advance())
     });
