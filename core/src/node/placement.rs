@@ -1,4 +1,5 @@
 use crate::network::NodeId;
+use core::num::NonZeroU64;
 
 /// Which node owns which block: a formula, so that no node keeps a table of all blocks.
 ///
@@ -37,16 +38,16 @@ impl Placement {
     pub fn owner(&self, block: u32, copy: u16) -> Option<NodeId> {
         let index = block.checked_sub(self.top)?;
         let dealt = self.dealt();
-        let nodes = u64::from(self.nodes.max(1));
+        let nodes = self.shares();
         if index >= dealt {
             return None;
         }
         let first = match self.dealing {
             // Block `i` of `n` for `k` nodes: floor(i k / n).
-            Dealing::Subtrees => (u64::from(index) * nodes).checked_div(u64::from(dealt))?,
-            Dealing::RoundRobin => u64::from(index).checked_rem(nodes)?,
+            Dealing::Subtrees => (u64::from(index) * nodes.get()).checked_div(u64::from(dealt))?,
+            Dealing::RoundRobin => u64::from(index) % nodes,
         };
-        Some(NodeId((first.wrapping_add(self.shift(copy)).checked_rem(nodes)?) as u16))
+        Some(NodeId((first.wrapping_add(self.shift(copy)) % nodes) as u16))
     }
 
     /// Where copies are ranges: the first block of this copy that a node holds, and the one behind the last.
@@ -55,10 +56,10 @@ impl Placement {
         if self.dealing != Dealing::Subtrees || node.0 >= self.nodes {
             return None;
         }
-        let nodes = u64::from(self.nodes.max(1));
         let place = self.place(node, copy);
         // Block `i` of `n` goes to floor(i k / n): node `p` begins at ceil(p n / k).
-        let begin = |place: u64| place.saturating_mul(u64::from(self.dealt())).div_ceil(nodes);
+        let begin =
+            |place: u64| divided(place.saturating_mul(u64::from(self.dealt())), self.shares());
         let block = |index: u64| (index as u32).saturating_add(self.top);
         Some((block(begin(place)), block(begin(place.wrapping_add(1)))))
     }
@@ -87,15 +88,15 @@ impl Placement {
             None => {
                 let dealt = block.saturating_sub(self.top);
                 let behind = dealt.saturating_sub(self.place(node, copy) as u32);
-                behind.div_ceil(u32::from(self.nodes.max(1)))
+                divided(u64::from(behind), self.shares()) as u32
             }
         }
     }
 
     /// Which node's share a node has as this copy.
     fn place(&self, node: NodeId, copy: u16) -> u64 {
-        let nodes = u64::from(self.nodes.max(1));
-        u64::from(node.0).wrapping_add(nodes).wrapping_sub(self.shift(copy)) % nodes
+        let nodes = self.shares();
+        u64::from(node.0).wrapping_add(nodes.get()).wrapping_sub(self.shift(copy)) % nodes
     }
 
     /// Copies of each block that is dealt out.
@@ -107,7 +108,7 @@ impl Placement {
     /// Most blocks that any node holds, the top included: what its read-only memory takes.
     #[must_use]
     pub fn most_blocks(&self) -> u32 {
-        let each = u64::from(self.dealt()).div_ceil(u64::from(self.nodes.max(1)));
+        let each = divided(u64::from(self.dealt()), self.shares());
         let all = each.saturating_mul(u64::from(self.copies()));
         (all.min(u64::from(self.dealt())) as u32).saturating_add(self.top.min(self.blocks))
     }
@@ -134,12 +135,21 @@ impl Placement {
         self.blocks.saturating_sub(self.top)
     }
 
+    /// Nodes that the others are dealt out to.
+    fn shares(&self) -> NonZeroU64 {
+        NonZeroU64::new(u64::from(self.nodes)).unwrap_or(NonZeroU64::MIN)
+    }
+
     /// How far behind the first owner the one of this copy is.
     fn shift(&self, copy: u16) -> u64 {
-        let nodes = u64::from(self.nodes.max(1));
-        let copies = u64::from(self.copies());
-        (u64::from(copy) % copies).saturating_mul(nodes).checked_div(copies).unwrap_or(0)
+        let copies = NonZeroU64::new(u64::from(self.copies())).unwrap_or(NonZeroU64::MIN);
+        (u64::from(copy) % copies).saturating_mul(self.shares().get()) / copies
     }
+}
+
+/// The quotient, rounded up, as `div_ceil` has it, which may divide by 0.
+fn divided(number: u64, by: NonZeroU64) -> u64 {
+    number / by + u64::from(number % by != 0)
 }
 
 #[cfg(test)]

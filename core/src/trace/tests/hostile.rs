@@ -1,6 +1,6 @@
 use super::shared::scenes::{Random, clutter, rays};
 use super::shared::writer::write;
-use super::shared::{Grown, Resident, Source, Topped, erased, limits};
+use super::shared::{Grown, Resident, Source, Topped, Visit, erased, limits};
 use crate::block::format::Child;
 use crate::block::{BlockError, BlockView, SPHERES};
 use crate::trace::{Cursor, Scalar, TraceError, Tracer};
@@ -12,7 +12,8 @@ fn trace(mut source: Source<'_>, random: &mut Random) {
     for ray in rays(&[], 3, random) {
         let _ = Scalar.closest(&mut cursor, source, &ray);
         let _ = Scalar.any(&mut cursor, source, &ray);
-        let _ = Scalar.every(&mut cursor, source, &ray, |_| false);
+        let visit: Visit<'_> = &mut |_| false;
+        let _ = Scalar.every(&mut cursor, source, &ray, visit);
     }
 }
 

@@ -2,7 +2,7 @@ use proptest::prelude::*;
 
 use super::shared::scenes::{Random, clutter};
 use super::shared::writer::write;
-use super::shared::{Resident, agree, bundles, erased, frames, trails};
+use super::shared::{Resident, Visit, agree, bundles, erased, frames, trails};
 use crate::block::BlockView;
 use crate::geometry::{PreparedRay, Primitive, Ray};
 use crate::trace::{BoxFrame, BoxRay, Cursor, Scalar, Tracer, Visited};
@@ -106,7 +106,8 @@ fn what_was_visited_is_counted() {
     };
     let mut cursor = Cursor::new();
     for rays in 1..4 {
-        Scalar.every(&mut cursor, &mut erased(&mut Resident(&blocks)), &ray, |_| false).unwrap();
+        let visit: Visit<'_> = &mut |_| false;
+        Scalar.every(&mut cursor, &mut erased(&mut Resident(&blocks)), &ray, visit).unwrap();
         let visited = cursor.visited();
         assert_eq!([visited.nodes, visited.leaves, visited.blocks], [rays; 3]);
     }

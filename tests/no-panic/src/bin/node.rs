@@ -1,4 +1,5 @@
-//! A node of any mesh, with any plan in any memory, that gets any packets at any time, over blocks of any bytes.
+//! A node of any mesh, with any plan in any memory, that gets any packets at any time, over blocks of any bytes; and one as a board makes it, of any
+//! share of a scene, by any setup.
 #![no_std]
 #![no_main]
 
@@ -7,7 +8,7 @@ use kiloray_core::block::KiloView;
 use kiloray_core::network::{Mesh, NodeId, Port, Topology};
 use kiloray_core::node::{
     Dealing, Node, NodeNeeds, NodePlan, Picture, Placement, PointHome, Prefetch, Rom, Schedule,
-    Settings, ShadowPolicy, TaskOrder, Time,
+    Settings, Setup, ShadowPolicy, Share, TaskOrder, Time,
 };
 use kiloray_core::render::Tiling;
 use kiloray_core::shade::{Shader, Tables};
@@ -123,6 +124,23 @@ fn run(file: KiloView<'_>, mesh: Mesh, settings: Settings, plan: &NodePlan, budg
     }
 }
 
+#[inline(never)]
+fn begin(share: &Share<'_>) {
+    let Some(setup) = Setup::parse(any_bytes()) else { return };
+    let topology = setup.mesh().map(|mesh| *mesh.topology());
+    let setup = topology.map_or(setup, |topology| setup.with_topology(&topology));
+    let mut memory = [Chunk::ZERO; 8];
+    match setup.node(share, Scalar, any_room(&mut memory)) {
+        Ok(mut node) => {
+            black_box(node.poll(Time(any())));
+            black_box(node.router().remind());
+            let here = share.here();
+            black_box(node.router().mesh().joined(here).count());
+        }
+        Err(error) => print(&error),
+    }
+}
+
 entry!({
     if let Ok(file) = KiloView::parse(any_bytes()) {
         let mesh = Mesh::new(Topology::Full { nodes: any() });
@@ -131,5 +149,15 @@ entry!({
         if let Ok(budget) = plan.budget(any()) {
             run(file, mesh, settings, &plan, budget);
         }
+    }
+    match Share::parse(any_bytes()) {
+        Ok(share) => {
+            if let Err(error) = share.check_blocks() {
+                print(&error);
+            }
+            black_box((share.scene(), share.here()));
+            begin(&share);
+        }
+        Err(error) => print(&error),
     }
 });

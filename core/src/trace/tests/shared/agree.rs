@@ -2,7 +2,7 @@ use std::vec::Vec;
 
 use super::scenes::{Random, clutter, no_rays, rays};
 use super::writer::{Blocks, Item, write};
-use super::{Grown, OneFrame, Resident, Source, Topped, brute, check, erased, sort};
+use super::{Grown, OneFrame, Resident, Source, Topped, Visit, brute, check, erased, sort};
 use crate::block::ExpandedTop;
 use crate::block::SPHERES;
 use crate::geometry::{Hit, Ray};
@@ -47,7 +47,7 @@ fn asks(
     assert_eq!(tracer.closest(cursor, source, ray), Ok(closest), "{ray:?}");
     assert_eq!(tracer.any(cursor, source, ray), Ok(closest.is_some()));
     let mut all: Vec<Hit> = Vec::new();
-    let visit = |hit: &Hit| {
+    let visit: Visit<'_> = &mut |hit| {
         all.push(*hit);
         false
     };

@@ -6,7 +6,7 @@ use glam::Vec3;
 
 use super::scenes::{Random, clutter, rays};
 use super::writer::{Blocks, write};
-use super::{OneFrame, Resident, erased};
+use super::{OneFrame, Resident, Visit, erased};
 use crate::block::format::Child;
 use crate::block::{BlockSource, BlockView, NoBlock, SPHERES};
 use crate::geometry::{Hit, PreparedRay, Primitive, Ray};
@@ -100,7 +100,7 @@ fn compare(tracer: impl Tracer, blocks: &Blocks, rays: &[Ray]) -> Vec<Option<Hit
     tracer.query_bundle(&mut room, &mut erased(&mut Resident(blocks)), rays, &mut all).unwrap();
     for (All(mut found), ray) in all.into_iter().zip(rays) {
         let mut expected = std::vec![];
-        let visit = |hit: &Hit| {
+        let visit: Visit<'_> = &mut |hit| {
             expected.push(*hit);
             false
         };

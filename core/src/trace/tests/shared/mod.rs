@@ -25,6 +25,9 @@ pub(crate) fn erased<'a>(source: &'a mut (dyn BlockSource<Error = NoBlock> + 'a)
     source
 }
 
+/// Who is shown every hit, of one type, for the same reason.
+pub(crate) type Visit<'a> = &'a mut (dyn FnMut(&Hit) -> bool + 'a);
+
 /// All blocks, always.
 pub(crate) struct Resident<'a>(pub(crate) &'a Blocks);
 

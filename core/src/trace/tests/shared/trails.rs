@@ -6,7 +6,7 @@ use proptest::prelude::*;
 
 use super::scenes::{Random, clutter, rays};
 use super::writer::{Blocks, write};
-use super::{Resident, Source, brute, erased, sort};
+use super::{Resident, Source, Visit, brute, erased, sort};
 use crate::block::format::DEPTH_MAX;
 use crate::block::{BlockSource, BlockView, NoBlock, SPHERES};
 use crate::geometry::Hit;
@@ -153,14 +153,15 @@ pub(crate) fn agree(case: &Case, one: impl Tracer, other: impl Tracer) {
         assert_eq!(found, closest.is_some());
         // All that it may visit: where all blocks are at hand it begins at the other end.
         cursor.take_visited();
-        one.every(&mut cursor, resident, &ray, |_| false).unwrap();
+        let visit: Visit<'_> = &mut |_| false;
+        one.every(&mut cursor, resident, &ray, visit).unwrap();
         let most = most(&mut cursor);
         assert!(stops <= most, "{stops} stops, nesting {nesting}");
 
         let mut all: Vec<Hit> = Vec::new();
         let ((), stops) = parked(&mut source(seed), |cursor, source, trail| {
             turn += 1;
-            let visit = |hit: &Hit| {
+            let visit: Visit<'_> = &mut |hit| {
                 all.push(*hit);
                 false
             };
@@ -190,10 +191,9 @@ pub(crate) fn hostile(case: &Case, damage: &[(usize, u8)], bytes: [u8; 20], trac
         let missing = random.below(blocks.count());
         let mut source = Resident(&blocks);
         let mut cursor = Cursor::new();
+        let visit: Visit<'_> = &mut |_| false;
         let _ =
-            tracer.every(&mut cursor, &mut erased(&mut Without(&mut source, missing)), ray, |_| {
-                false
-            });
+            tracer.every(&mut cursor, &mut erased(&mut Without(&mut source, missing)), ray, visit);
         let mut bytes: [u8; 20] = bytemuck::cast(cursor.trail());
         trails.push(cursor.trail());
         for &(at, with) in damage {
@@ -206,9 +206,10 @@ pub(crate) fn hostile(case: &Case, damage: &[(usize, u8)], bytes: [u8; 20], trac
             let mut cursor = Cursor::new();
             let mut resident = Resident(&blocks);
             let source = &mut erased(&mut resident);
+            let visit: Visit<'_> = &mut |_| false;
             let _ = tracer.continue_closest(&mut cursor, source, ray, None, trail);
             let _ = tracer.continue_any(&mut cursor, source, ray, trail);
-            let _ = tracer.continue_every(&mut cursor, source, ray, trail, |_| false);
+            let _ = tracer.continue_every(&mut cursor, source, ray, trail, visit);
             // Twice a subtree and a way back, at most, for each of the three.
             let most = 3 * (2 * nodes + 2 * DEPTH_MAX) as u64;
             assert!(cursor.visited().nodes <= most, "{:?} of {most}, {trail:?}", cursor.visited());
