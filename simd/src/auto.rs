@@ -5,7 +5,9 @@ use crate::Quickest;
 use crate::portable::Portable;
 
 #[cfg(target_arch = "x86_64")]
-use crate::wide::{Avx2, Avx512};
+use crate::wide::Avx2;
+#[cfg(avx512)]
+use crate::wide::Avx512;
 
 /// Traces with the best lanes that the machine has, and `Else` where it has none of its own: eight on any machine do the same work.
 #[derive(Debug, Clone, Copy)]
@@ -17,7 +19,7 @@ pub struct Auto<Else = Portable> {
 /// Lanes of some machines.
 #[derive(Debug, Clone, Copy)]
 enum Wide {
-    #[cfg(target_arch = "x86_64")]
+    #[cfg(avx512)]
     Avx512(Avx512),
     #[cfg(target_arch = "x86_64")]
     Avx2(Avx2),
@@ -33,7 +35,11 @@ impl Auto {
     /// All lanes that the machine has, the best first.
     pub fn all() -> impl Iterator<Item = Self> {
         #[cfg(target_arch = "x86_64")]
-        let wide = [Avx512::detect().map(Wide::Avx512), Avx2::detect().map(Wide::Avx2)];
+        let wide = [
+            #[cfg(avx512)]
+            Avx512::detect().map(Wide::Avx512),
+            Avx2::detect().map(Wide::Avx2),
+        ];
         #[cfg(not(target_arch = "x86_64"))]
         let wide = [None; 0];
         let wide = wide.into_iter().flatten().map(Some);
@@ -44,7 +50,7 @@ impl Auto {
     #[must_use]
     pub fn name(self) -> &'static str {
         match self.wide {
-            #[cfg(target_arch = "x86_64")]
+            #[cfg(avx512)]
             Some(Wide::Avx512(_)) => "avx512",
             #[cfg(target_arch = "x86_64")]
             Some(Wide::Avx2(_)) => "avx2",
@@ -84,7 +90,7 @@ impl<Else: Lanes> Tracer for Auto<Else> {
     ) -> Result<(), TraceError<S::Error>> {
         match self.wide {
             // SAFETY: `lanes` proves that the machine has these features.
-            #[cfg(target_arch = "x86_64")]
+            #[cfg(avx512)]
             Some(Wide::Avx512(lanes)) => unsafe {
                 run_avx512::<T, S, Q>(lanes, room, source, rays, queries)
             },
@@ -101,7 +107,7 @@ impl<Else: Lanes> Tracer for Auto<Else> {
     fn compute<K: Kernel>(self, kernel: K) {
         match self.wide {
             // SAFETY: as above.
-            #[cfg(target_arch = "x86_64")]
+            #[cfg(avx512)]
             Some(Wide::Avx512(lanes)) => unsafe { compute_avx512(lanes, kernel) },
             // SAFETY: as above.
             #[cfg(target_arch = "x86_64")]
@@ -119,7 +125,7 @@ fn compute_avx2<K: Kernel>(lanes: Avx2, kernel: K) {
 }
 
 /// The same for AVX-512.
-#[cfg(target_arch = "x86_64")]
+#[cfg(avx512)]
 #[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt,avx512f,avx512vl,avx512bw,avx512dq")]
 fn compute_avx512<K: Kernel>(lanes: Avx512, kernel: K) {
     kernel.run(lanes);
@@ -151,7 +157,7 @@ fn run_else<T: Search, S: BlockSource, Q: Query, L: Lanes>(
 }
 
 /// The same for AVX-512.
-#[cfg(target_arch = "x86_64")]
+#[cfg(avx512)]
 #[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt,avx512f,avx512vl,avx512bw,avx512dq")]
 fn run_avx512<T: Search, S: BlockSource, Q: Query>(
     lanes: Avx512,

@@ -9,7 +9,7 @@ macro_rules! of_all {
         if let Some($lanes) = crate::Avx2::detect() {
             $what;
         }
-        #[cfg(target_arch = "x86_64")]
+        #[cfg(avx512)]
         if let Some($lanes) = crate::Avx512::detect() {
             $what;
         }
