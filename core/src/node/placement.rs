@@ -58,8 +58,8 @@ impl Placement {
         }
         let place = self.place(node, copy);
         // Block `i` of `n` goes to floor(i k / n): node `p` begins at ceil(p n / k).
-        let begin =
-            |place: u64| divided(place.saturating_mul(u64::from(self.dealt())), self.shares());
+        let nodes = self.shares().get();
+        let begin = |place: u64| place.saturating_mul(u64::from(self.dealt())).div_ceil(nodes);
         let block = |index: u64| (index as u32).saturating_add(self.top);
         Some((block(begin(place)), block(begin(place.wrapping_add(1)))))
     }
@@ -68,8 +68,7 @@ impl Placement {
     #[must_use]
     pub fn holds(&self, node: NodeId, block: u32) -> bool {
         block < self.top.min(self.blocks)
-            || (0..self.replicas.clamp(1, self.nodes.max(1)))
-                .any(|copy| self.owner(block, copy) == Some(node))
+            || (0..self.copies()).any(|copy| self.owner(block, copy) == Some(node))
     }
 
     /// Blocks that a node has without fetching them.
@@ -88,7 +87,7 @@ impl Placement {
             None => {
                 let dealt = block.saturating_sub(self.top);
                 let behind = dealt.saturating_sub(self.place(node, copy) as u32);
-                divided(u64::from(behind), self.shares()) as u32
+                u64::from(behind).div_ceil(self.shares().get()) as u32
             }
         }
     }
@@ -108,7 +107,7 @@ impl Placement {
     /// Most blocks that any node holds, the top included: what its read-only memory takes.
     #[must_use]
     pub fn most_blocks(&self) -> u32 {
-        let each = divided(u64::from(self.dealt()), self.shares());
+        let each = u64::from(self.dealt()).div_ceil(self.shares().get());
         let all = each.saturating_mul(u64::from(self.copies()));
         (all.min(u64::from(self.dealt())) as u32).saturating_add(self.top.min(self.blocks))
     }
@@ -137,19 +136,19 @@ impl Placement {
 
     /// Nodes that the others are dealt out to.
     fn shares(&self) -> NonZeroU64 {
-        NonZeroU64::new(u64::from(self.nodes)).unwrap_or(NonZeroU64::MIN)
+        at_least_one(self.nodes)
     }
 
     /// How far behind the first owner the one of this copy is.
     fn shift(&self, copy: u16) -> u64 {
-        let copies = NonZeroU64::new(u64::from(self.copies())).unwrap_or(NonZeroU64::MIN);
+        let copies = at_least_one(self.copies());
         (u64::from(copy) % copies).saturating_mul(self.shares().get()) / copies
     }
 }
 
-/// The quotient, rounded up, as `div_ceil` has it, which may divide by 0.
-fn divided(number: u64, by: NonZeroU64) -> u64 {
-    number / by + u64::from(number % by != 0)
+/// What may be divided by, as the compiler sees too.
+fn at_least_one(count: u16) -> NonZeroU64 {
+    NonZeroU64::new(u64::from(count)).unwrap_or(NonZeroU64::MIN)
 }
 
 #[cfg(test)]
