@@ -445,6 +445,9 @@ pub(crate) struct Calibrate {
     /// How often each picture is rendered; the quickest counts
     #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=1000), allow_hyphen_values = true)]
     pub(crate) repeats: u32,
+    /// Render a sixteenth of each picture: in seconds, for a first look; the profile is less exact
+    #[arg(long)]
+    pub(crate) quick: bool,
     /// Print nothing but errors
     #[arg(short, long)]
     pub(crate) quiet: bool,

@@ -38,7 +38,7 @@ fn profile(ns: f64) -> Value {
 #[test]
 fn a_machine_is_measured_and_its_profile_used() {
     let folder = Folder::new();
-    let out = folder.run("calibrate -o mine.json --threads 1 --repeats 1").done().out();
+    let out = folder.run("calibrate -o mine.json --threads 1 --repeats 1 --quick").done().out();
     for part in ["cornell", "not used", "mine", "--profile mine.json"] {
         assert!(out.contains(part), "no '{part}' in: {out}");
     }

@@ -58,14 +58,16 @@ const UNSEEN: [Picture; 9] = [
     Picture { scene: "sphereflake", side: 64, zoom: 3.0, samples: 4 },
     Picture { scene: "colour-cube:12", side: 64, zoom: 2.0, samples: 4 },
 ];
+/// What is left of their sides where it has to be quick.
+const QUICK: u32 = 4;
 /// Errors of those above which the figures are not to be relied on: usually the machine was busy.
 const DOUBTFUL: f64 = 0.2;
 
 /// What was measured.
 struct Machine {
-    /// Of [`SEEN`].
+    /// Of pictures that the fit sees.
     seen: Vec<Row>,
-    /// Of [`UNSEEN`].
+    /// Of others.
     unseen: Vec<Row>,
     /// What follows.
     profile: Profile,
@@ -77,14 +79,21 @@ pub(super) fn run(arguments: &args::Calibrate) -> Outcome {
     let name = file::name(&arguments.output)?;
     let output = Output::create(&arguments.output)?;
     let threads = cores::threads(arguments.threads);
-    let Machine { seen, unseen, mut profile } = measure(threads, arguments.repeats, quiet)?;
+    let size = |picture: Picture| {
+        let side = if arguments.quick { picture.side / QUICK } else { picture.side };
+        Picture { side, ..picture }
+    };
+    let (known, others) = (SEEN.map(size), UNSEEN.map(size));
+    let Machine { seen, unseen, mut profile } =
+        measure(&known, &others, threads, arguments.repeats, quiet)?;
 
     let worst = unseen.iter().map(|row| row.error(&profile).abs()).fold(0.0, f64::max);
     let within = within(worst);
     profile.name = name.into();
     profile.source = format!(
-        "measured by kiloray {} calibrate, {threads} threads of a machine with {} ({}); pictures that the fit did not see are predicted within {within}",
+        "measured by kiloray {} calibrate{}, {threads} threads of a machine with {} ({}); pictures that the fit did not see are predicted within {within}",
         env!("CARGO_PKG_VERSION"),
+        if arguments.quick { " --quick" } else { "" },
         std::env::consts::ARCH,
         std::env::consts::OS,
     )
@@ -100,25 +109,32 @@ pub(super) fn run(arguments: &args::Calibrate) -> Outcome {
         );
     }
     if worst > DOUBTFUL {
+        let again = if arguments.quick { "without --quick" } else { "when the machine is quiet" };
         failure::warn(&format!(
-            "pictures that were not used differ by up to {within}: measure again when the machine is quiet"
+            "pictures that were not used differ by up to {within}: measure again {again}"
         ));
     }
     if arguments.output.as_os_str() == "-" {
         return Ok(());
     }
-    print("used for the fit", &SEEN, &seen, &profile)?;
-    print("not used", &UNSEEN, &unseen, &profile)?;
+    print("used for the fit", &known, &seen, &profile)?;
+    print("not used", &others, &unseen, &profile)?;
     let path = arguments.output.display();
     line(format_args!("{path}: use it with 'kiloray sim SCENE --profile {path}'"))
 }
 
 /// Counts on all cores, then measures with so many threads at once. The pictures take turns, so that what else the machine does for a while is shared out.
-fn measure(threads: usize, repeats: u32, quiet: bool) -> Outcome<Machine> {
-    let pictures = || SEEN.iter().chain(&UNSEEN);
+fn measure(
+    known: &[Picture],
+    others: &[Picture],
+    threads: usize,
+    repeats: u32,
+    quiet: bool,
+) -> Outcome<Machine> {
+    let pictures = || known.iter().chain(others);
     let all = pictures().count() as u64;
     let bar = Progress::new("counting", all, quiet);
-    let counted = SEEN.par_iter().chain(&UNSEEN).map(|picture| {
+    let counted = known.par_iter().chain(others).map(|picture| {
         bar.message(picture.to_string());
         picture.count().inspect(|_| bar.advance())
     });
@@ -134,7 +150,7 @@ fn measure(threads: usize, repeats: u32, quiet: bool) -> Outcome<Machine> {
     }
     drop(bar);
     let mut seen: Vec<Row> = subjects.into_iter().map(|subject| subject.row).collect();
-    let unseen = seen.split_off(SEEN.len());
+    let unseen = seen.split_off(known.len());
     let (copy, check) = (rounded(bytes::copy_ns()), rounded(bytes::check_ns()?));
     let profile = Profile { copy, check, ..fit(&seen) };
     Ok(Machine { seen, unseen, profile })

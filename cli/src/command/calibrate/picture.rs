@@ -19,6 +19,7 @@ const MEMORY: usize = 4 << 20;
 static CANCEL: AtomicBool = AtomicBool::new(false);
 
 /// A picture to measure.
+#[derive(Clone, Copy)]
 pub(super) struct Picture {
     /// A built-in scene.
     pub(super) scene: &'static str,
