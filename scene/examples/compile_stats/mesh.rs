@@ -10,7 +10,7 @@ pub(crate) struct Camera {
     pub(crate) eye: DVec3,
     pub(crate) target: DVec3,
     pub(crate) up: DVec3,
-    /// Vertical angle [degrees].
+    /// Vertical angle \[degrees\].
     pub(crate) angle: f64,
     pub(crate) light: DVec3,
 }
