@@ -18,7 +18,7 @@ fn what_a_refusal_names_is_accepted_and_one_byte_less_is_not() {
         // Less than the greatest memory of blocks of 1 KiB, and more, which has greater ones.
         "glass --nodes 16",
         "glass --nodes 500 --topology full",
-        "sinc:300 --nodes 8 --owned-in-arena",
+        "sinc:150 --nodes 2 --owned-in-arena",
         "colour-cube --nodes 3 --owned-in-arena",
         "colour-cube --nodes 3 --owned-in-arena --block 2KiB",
         "cube.kilo --nodes 3 --owned-in-arena",

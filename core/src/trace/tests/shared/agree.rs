@@ -2,7 +2,7 @@ use std::vec::Vec;
 
 use super::scenes::{Random, clutter, no_rays, rays};
 use super::writer::{Blocks, Item, write};
-use super::{Grown, OneFrame, Resident, Source, Topped, Visit, brute, check, erased, sort};
+use super::{Grown, OneFrame, Resident, Source, Topped, brute, check, erased, shown};
 use crate::block::ExpandedTop;
 use crate::block::SPHERES;
 use crate::geometry::{Hit, Ray};
@@ -46,14 +46,8 @@ fn asks(
     let closest = expected.first().copied();
     assert_eq!(tracer.closest(cursor, source, ray), Ok(closest), "{ray:?}");
     assert_eq!(tracer.any(cursor, source, ray), Ok(closest.is_some()));
-    let mut all: Vec<Hit> = Vec::new();
-    let visit: Visit<'_> = &mut |hit| {
-        all.push(*hit);
-        false
-    };
-    assert_eq!(tracer.every(cursor, source, ray, visit), Ok(()));
-    sort(&mut all);
-    assert_eq!(all, expected);
+    let all = shown(|visit| tracer.every(cursor, source, ray, visit));
+    assert_eq!(all, (Ok(()), expected.to_vec()));
 }
 
 /// Batches give what single rays give: from a source that has all, from the top of its tree, and from a source that has one block.

@@ -6,7 +6,7 @@ use glam::Vec3;
 
 use super::scenes::{Random, clutter, rays};
 use super::writer::{Blocks, write};
-use super::{OneFrame, Resident, Visit, erased};
+use super::{OneFrame, Resident, erased, shown};
 use crate::block::format::Child;
 use crate::block::{BlockSource, BlockView, NoBlock, SPHERES};
 use crate::geometry::{Hit, PreparedRay, Primitive, Ray};
@@ -99,12 +99,10 @@ fn compare(tracer: impl Tracer, blocks: &Blocks, rays: &[Ray]) -> Vec<Option<Hit
     let mut all: Vec<All> = rays.iter().map(|_| All(std::vec![])).collect();
     tracer.query_bundle(&mut room, &mut erased(&mut Resident(blocks)), rays, &mut all).unwrap();
     for (All(mut found), ray) in all.into_iter().zip(rays) {
-        let mut expected = std::vec![];
-        let visit: Visit<'_> = &mut |hit| {
-            expected.push(*hit);
-            false
-        };
-        tracer.every(&mut cursor, &mut erased(&mut Resident(blocks)), ray, visit).unwrap();
+        let mut resident = Resident(blocks);
+        let resident = &mut erased(&mut resident);
+        let (all, mut expected) = shown(|visit| tracer.every(&mut cursor, resident, ray, visit));
+        assert_eq!(all, Ok(()));
         for hits in [&mut found, &mut expected] {
             hits.sort_by_key(|hit| (hit.t.to_bits(), hit.material, place(hit)));
         }

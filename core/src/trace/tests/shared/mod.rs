@@ -172,7 +172,18 @@ pub(crate) fn brute(items: &[Item], ray: &Ray) -> Vec<Hit> {
     hits
 }
 
+/// All hits that are shown, the closest first, beside what is answered.
+pub(crate) fn shown<T>(ask: impl FnOnce(Visit<'_>) -> T) -> (T, Vec<Hit>) {
+    let mut hits = Vec::new();
+    let answer = ask(&mut |hit| {
+        hits.push(*hit);
+        false
+    });
+    sort(&mut hits);
+    (answer, hits)
+}
+
 /// The closest first.
-pub(crate) fn sort(hits: &mut [Hit]) {
+fn sort(hits: &mut [Hit]) {
     hits.sort_by(|a, b| b.is_closer_than(a).cmp(&a.is_closer_than(b)));
 }

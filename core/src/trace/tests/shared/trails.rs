@@ -1,12 +1,10 @@
 //! A ray that is parked at every missing block, as ray, best hit and trail, finds what a ray finds that is never stopped.
 
-use std::vec::Vec;
-
 use proptest::prelude::*;
 
 use super::scenes::{Random, clutter, rays};
 use super::writer::{Blocks, write};
-use super::{Resident, Source, Visit, brute, erased, sort};
+use super::{Resident, Source, Visit, brute, erased, shown};
 use crate::block::format::DEPTH_MAX;
 use crate::block::{BlockSource, BlockView, NoBlock, SPHERES};
 use crate::geometry::Hit;
@@ -158,20 +156,16 @@ pub(crate) fn agree(case: &Case, one: impl Tracer, other: impl Tracer) {
         let most = most(&mut cursor);
         assert!(stops <= most, "{stops} stops, nesting {nesting}");
 
-        let mut all: Vec<Hit> = Vec::new();
-        let ((), stops) = parked(&mut source(seed), |cursor, source, trail| {
-            turn += 1;
-            let visit: Visit<'_> = &mut |hit| {
-                all.push(*hit);
-                false
-            };
-            if turn % 2 == 0 {
-                one.continue_every(cursor, source, &ray, trail, visit)
-            } else {
-                other.continue_every(cursor, source, &ray, trail, visit)
-            }
+        let (((), stops), all) = shown(|visit| {
+            parked(&mut source(seed), |cursor, source, trail| {
+                turn += 1;
+                if turn % 2 == 0 {
+                    one.continue_every(cursor, source, &ray, trail, &mut *visit)
+                } else {
+                    other.continue_every(cursor, source, &ray, trail, &mut *visit)
+                }
+            })
         });
-        sort(&mut all);
         assert_eq!(all, brute(&items, &ray), "{ray:?}");
         assert!(stops <= most, "{stops} stops, nesting {nesting}");
     }
