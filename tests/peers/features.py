@@ -71,7 +71,7 @@ SCENES.update({name: LIT + MATT + BALL for name in VIEWS})
 
 FILES = ('scene.rad', 'view.vf', 'scene.oct', 'radiance.hdr', 'kiloray.exr')
 WITHIN = 0.003
-SIZE = 160
+SIZE = 112
 
 
 def difference(name):
