@@ -1,4 +1,4 @@
-use kiloray_core::block::BlockSource;
+use kiloray_core::block::{BlockSource, BlockView, ExpandedTop};
 use kiloray_core::trace::{Kernel, Lanes, Query, Search, TraceError, Tracer};
 
 use crate::Quickest;
@@ -153,7 +153,53 @@ fn run_else<T: Search, S: BlockSource, Q: Query, L: Lanes>(
     rays: &T::Rays,
     queries: &mut T::Queries<Q>,
 ) -> Result<(), TraceError<S::Error>> {
-    T::run(lanes, room, source, rays, queries)
+    let mut told = Told { source, error: None };
+    let any: &mut dyn BlockSource<Error = Lacking> = &mut told;
+    run_any::<T, Q, L>(lanes, room, any, rays, queries).map_err(|error| match error {
+        TraceError::Source(Lacking) => {
+            TraceError::Source(told.error.expect("what is lacking is told"))
+        }
+        TraceError::Corrupt { block } => TraceError::Corrupt { block },
+    })
+}
+
+/// A search with any lanes, compiled once for all sources.
+fn run_any<T: Search, Q: Query, L: Lanes>(
+    lanes: L,
+    room: &mut T::Room,
+    mut source: &mut dyn BlockSource<Error = Lacking>,
+    rays: &T::Rays,
+    queries: &mut T::Queries<Q>,
+) -> Result<(), TraceError<Lacking>> {
+    T::run(lanes, room, &mut source, rays, queries)
+}
+
+/// A source of any type, which keeps the first of its errors: that with which a search ends.
+struct Told<'a, S: BlockSource> {
+    source: &'a mut S,
+    error: Option<S::Error>,
+}
+
+/// There is an error.
+struct Lacking;
+
+impl<S: BlockSource> BlockSource for Told<'_, S> {
+    type Error = Lacking;
+
+    fn block(&mut self, block: u32) -> Result<BlockView<'_>, Lacking> {
+        self.source.block(block).map_err(|error| {
+            self.error.get_or_insert(error);
+            Lacking
+        })
+    }
+
+    fn holds_all(&self) -> bool {
+        self.source.holds_all()
+    }
+
+    fn top(&self) -> ExpandedTop<'_> {
+        self.source.top()
+    }
 }
 
 /// The same for AVX-512.

@@ -84,7 +84,6 @@ impl Lanes for Portable {
         *frame
     }
 
-    #[inline(always)]
     fn visit(
         self,
         Frame { of, signs }: &Frame,
@@ -103,7 +102,6 @@ impl Lanes for Portable {
         })
     }
 
-    #[inline(always)]
     fn visit_expanded(
         self,
         Frame { of, signs }: &Frame,
@@ -117,7 +115,6 @@ impl Lanes for Portable {
         hits.put_down(turn, turn.of_node(&node.order), to, |slot, _| node.child[slot])
     }
 
-    #[inline(always)]
     fn record(
         self,
         Ray { prepared, .. }: &Ray,
@@ -148,7 +145,6 @@ impl Lanes for Portable {
         Kind::new(Kind::of(ray).signs(), axis)
     }
 
-    #[inline(always)]
     fn boxes(
         self,
         groups: &[Group],
@@ -172,12 +168,10 @@ impl Lanes for Portable {
         all
     }
 
-    #[inline(always)]
     fn quad(self, vertices: Vertices<'_>, record: &Record, quad: &mut Quad) -> bool {
         triangles::decode(vertices, record, quad)
     }
 
-    #[inline(always)]
     fn quad_of(
         self,
         quad: &Quad,
@@ -189,7 +183,6 @@ impl Lanes for Portable {
         triangles::of_ray(quad, &triangles::in_lane(group, lane & (GROUP - 1), kind), to)
     }
 
-    #[inline(always)]
     fn triangle(
         self,
         quad: &Quad,
@@ -201,7 +194,6 @@ impl Lanes for Portable {
         triangles::of_group(quad, place & 3, group, kind, to)
     }
 
-    #[inline(always)]
     fn meets(self, group: &Group, (near, far): ([&Row; 3], [&Row; 3]), slot: usize) -> u8 {
         let at = |rows: [&Row; 3]| rows.map(|row| row[slot & 7]);
         boxes::of_group(group, (at(near), at(far))).mask()

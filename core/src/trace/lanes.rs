@@ -105,10 +105,16 @@ pub trait Lanes: Copy {
         Verdict { accepted: 0, doubtful: 0b1111 }
     }
 
-    /// Does a part in a function of its own, so that what it needs takes no registers of what goes on around it; or else, if not so, where it stands.
+    /// Does a part in a function of its own, so that what it needs takes no registers of what goes on around it (and no longer to compile with that); or else,
+    /// if not so, where it stands.
     #[inline(always)]
-    fn apart<P: Part>(self, _so: bool, part: P) -> P::Result {
-        part.run()
+    fn apart<P: Part>(self, so: bool, part: P) -> P::Result {
+        #[inline(never)]
+        fn outlined<P: Part>(part: P) -> P::Result {
+            part.run()
+        }
+        // Where flash is dear, a function of its own takes more of it.
+        if so && cfg!(feature = "bundles") { outlined(part) } else { part.run() }
     }
 
     /// Does what doubtful triangles take. Lanes for which they are rare keep it out of the traversal.

@@ -9,7 +9,6 @@ use kiloray_core::trace::{Crossings, Group, Kind, Quad, Verdict};
 use super::boxes::{greater, lesser, mask};
 
 /// `Lanes::quad`.
-#[inline(always)]
 pub(super) fn decode(vertices: Vertices<'_>, record: &Record, to: &mut Quad) -> bool {
     let words = vertices.words();
     to.used = 0;
@@ -53,7 +52,6 @@ fn axes(axis: u8) -> [usize; 3] {
 }
 
 /// `Lanes::record`, and `Lanes::quad_of`.
-#[inline(always)]
 pub(super) fn of_ray(quad: &Quad, ray: &PreparedRay, to: &mut Crossings) -> Verdict {
     let axes = axes(ray.axis);
     let (origin, inv) = (ray.origin.to_array(), ray.inv.to_array());
@@ -78,7 +76,6 @@ pub(super) fn of_ray(quad: &Quad, ray: &PreparedRay, to: &mut Crossings) -> Verd
 }
 
 /// `Lanes::triangle`.
-#[inline(always)]
 pub(super) fn of_group(
     quad: &Quad,
     place: usize,
