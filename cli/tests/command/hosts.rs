@@ -10,6 +10,8 @@ struct Host {
     command: &'static str,
     /// Meshes that are tried with each scene.
     meshes: &'static [&'static str],
+    /// Width and height of the pictures by which they are tried.
+    size: [u64; 2],
     /// Budgets that cannot work, and what the refusal must say.
     refused: &'static [(&'static str, i32, &'static [&'static str])],
 }
@@ -17,6 +19,7 @@ struct Host {
 const SIMULATED: Host = Host {
     command: "sim --no-baseline",
     meshes: &["--nodes 4 --topology ring --memory 64KiB", "--nodes 2 --block 1KiB --schedule data"],
+    size: [16, 12],
     refused: &[
         ("cornell --nodes 2 --memory 4KiB", 1, &["--memory", "needed"]),
         ("sinc:300 --nodes 4 --memory 64KiB --owned-in-arena", 1, &["tables"]),
@@ -26,11 +29,14 @@ const SIMULATED: Host = Host {
 const PROCESSES: Host = Host {
     command: "host",
     meshes: &["--nodes 4 --topology ring --memory 64KiB", "--nodes 2 --block 1KiB --schedule data"],
+    size: [16, 12],
     refused: &[("cornell --nodes 2 --memory 4KiB", 1, &["--memory", "at least"])],
 };
 const BOARDS: Host = Host {
     command: "board",
     meshes: &["--qemu 2 --block 1KiB", "--qemu 2 --processes 2 --block 1KiB --memory 48KiB"],
+    // Bytes take their time over emulated UARTs.
+    size: [8, 6],
     refused: &[
         ("cornell --qemu 1 --processes 1 --topology line --memory 4KiB", 1, &["node 1", "needed"]),
         ("cornell --memory 64KiB", 2, &["--memory", "firmware"]),
@@ -50,16 +56,18 @@ fn run(folder: &Folder, line: &str) -> Value {
 /// The picture has the bits of one machine, and no node took more memory than it was given.
 fn keeps_bits_and_budgets(host: &Host) {
     let folder = Folder::new();
+    let [width, height] = host.size;
     for scene in SCENES {
-        let expected = run(&folder, &format!("render {scene} {PICTURE}"))["image_hash"].clone();
+        let picture = format!("{scene} {PICTURE} --width {width} --height {height}");
+        let expected = run(&folder, &format!("render {picture}"))["image_hash"].clone();
         for mesh in host.meshes {
-            let run = run(&folder, &format!("{} {scene} {PICTURE} {mesh}", host.command));
+            let run = run(&folder, &format!("{} {picture} {mesh}", host.command));
             let name = format!("{} {scene} {mesh}", host.command);
             assert_eq!((&run["image_hash"], &run["complete"]), (&expected, &true.into()), "{name}");
             let [limit, peak] = ["limit", "peak"].map(|part| run["memory"][part].as_u64());
             assert!(peak > Some(0) && peak <= limit, "{name}: {}", run["memory"]);
             let rays = run["rays"]["primary"].as_u64();
-            assert!(rays >= Some(16 * 12), "{name}: {}", run["rays"]);
+            assert!(rays >= Some(width * height), "{name}: {}", run["rays"]);
             let told = run["per_node"].as_array().map(Vec::len);
             assert!(told.is_none_or(|told| run["nodes"] == told), "{name}: {}", run["per_node"]);
         }
