@@ -45,7 +45,9 @@ fn neighbours(ray: &Ray, random: &mut Random) -> Vec<Ray> {
 
 pub(crate) fn agree(tracer: impl Tracer) {
     let mut together = 0;
-    for (seed, count, offset) in [(31, 7, 0.0), (32, 300, 0.0), (33, 2000, 0.0), (34, 100, 0.75)] {
+    for (seed, count, offset, leads) in
+        [(31, 7, 0.0, 120), (32, 300, 0.0, 120), (33, 2000, 0.0, 40), (34, 100, 0.75, 120)]
+    {
         let mut random = Random(seed);
         let mut items = clutter(count, SPHERES, &mut random);
         if offset != 0.0 {
@@ -56,7 +58,7 @@ pub(crate) fn agree(tracer: impl Tracer) {
                 *vertices = vertices.map(|v| v + Vec3::splat(offset));
             }
         }
-        let leads = rays(&items, 120, &mut random);
+        let leads = rays(&items, leads, &mut random);
         let bundles: Vec<Vec<Ray>> = leads.iter().map(|r| neighbours(r, &mut random)).collect();
         for (bytes, leaf, nodes) in [(1 << 10, 1, 1), (1 << 12, 4, 99), (1 << 14, 3, 999)] {
             let blocks = write(&items, bytes, leaf, nodes);
