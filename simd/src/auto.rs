@@ -163,7 +163,7 @@ fn run_else<T: Search, S: BlockSource, Q: Query, L: Lanes>(
     })
 }
 
-/// A search with any lanes, compiled once for all sources.
+/// A search with any lanes, compiled once for all sources: few machines come here, and each took as long to compile as those of other lanes.
 fn run_any<T: Search, Q: Query, L: Lanes>(
     lanes: L,
     room: &mut T::Room,

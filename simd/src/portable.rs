@@ -48,6 +48,7 @@ fn sides<T: Copy>(lo: [T; 3], hi: [T; 3], signs: u8) -> ([T; 3], [T; 3]) {
     ([nx, ny, nz], [fx, fy, fz])
 }
 
+// What is more than some instructions is a function: inlined, it would be compiled again with each traversal, for machines that hardly anyone has.
 impl Lanes for Portable {
     type Frame = Frame;
     type Spread = Frame;

@@ -105,8 +105,8 @@ pub trait Lanes: Copy {
         Verdict { accepted: 0, doubtful: 0b1111 }
     }
 
-    /// Does a part in a function of its own, so that what it needs takes no registers of what goes on around it (and no longer to compile with that); or else,
-    /// if not so, where it stands.
+    /// Does a part in a function of its own, so that what it needs takes no registers of what goes on around it, and is not optimised with it; or else, if not
+    /// so, where it stands.
     #[inline(always)]
     fn apart<P: Part>(self, so: bool, part: P) -> P::Result {
         #[inline(never)]
