@@ -90,7 +90,8 @@ pub(super) fn in_top<L: Lanes, S: BlockSource, Q: Query>(
     leave
 }
 
-/// Has a child read that is visited soon, with these [lines](ExpandedNode::lines).
+/// Has a child read that is visited soon, with these [lines](ExpandedNode::lines). Of a leaf for which there
+/// are none, its first records.
 #[inline(always)]
 pub(super) fn fetch<L: Lanes, S: BlockSource>(lanes: L, source: &mut S, child: u32, lines: u8) {
     if !L::READS_AHEAD {
@@ -101,7 +102,11 @@ pub(super) fn fetch<L: Lanes, S: BlockSource>(lanes: L, source: &mut S, child: u
     } else if let Some((block, record, _)) = ExpandedTop::leaf(child)
         && let Ok(view) = source.block(block)
     {
-        fetch_leaf(lanes, &view, record, lines);
+        if lines == 0 {
+            lanes.fetch_lines::<1>(&view, line_of(record));
+        } else {
+            fetch_leaf(lanes, &view, record, lines);
+        }
     } else if let Some(to) = source.top().reference(child)
         && let Ok(view) = source.block(to.block)
         && let Some(node) = view.node(to.node & INDEX)
@@ -116,7 +121,9 @@ pub(super) fn fetch<L: Lanes, S: BlockSource>(lanes: L, source: &mut S, child: u
 #[inline(always)]
 pub(super) fn fetch_leaf<L: Lanes>(lanes: L, view: &BlockView<'_>, record: u16, lines: u8) {
     lanes.fetch_lines::<3>(view, line_of(record));
-    lanes.fetch_lines::<{ ExpandedNode::LINES }>(view, lines.into());
+    if lines != 0 {
+        lanes.fetch_lines::<{ ExpandedNode::LINES }>(view, lines.into());
+    }
     lanes.fetch(view.header());
 }
 
