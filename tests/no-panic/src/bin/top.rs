@@ -1,4 +1,4 @@
-//! The expanded top of a tree: traced whatever it holds.
+//! The expanded top of a tree: traced whatever it holds, by rays one by one, in batches and in bundles.
 #![no_std]
 #![no_main]
 
@@ -7,7 +7,7 @@ use kiloray_core::block::{
     BlockView, Expanded, ExpandedChild, ExpandedNode, ExpandedTop, KiloView,
 };
 use kiloray_core::geometry::Ray;
-use kiloray_core::trace::{Cursor, Scalar, Tracer};
+use kiloray_core::trace::{Batch, Bundle, Cursor, Scalar, Tracer};
 use kiloray_no_panic::{any, any_bytes, any_room, entry};
 
 entry!({
@@ -23,5 +23,15 @@ entry!({
         let _ = black_box(Scalar.closest(cursor, &mut source, &ray));
         let _ = black_box(Scalar.any(cursor, &mut source, &ray));
         black_box((cursor.trail(), cursor.best(), cursor.take_visited()));
+        let (mut rays, mut closest, mut found) = ([ray; 80], [None; 80], [false; 80]);
+        let rays = &*any_room(&mut rays);
+        let (closest, found) = (any_room(&mut closest), any_room(&mut found));
+        let batch = &mut Batch::new();
+        let _ = black_box(Scalar.closest_batch(batch, &mut source, rays, closest));
+        let _ = black_box(Scalar.any_batch(batch, &mut source, rays, found));
+        let bundle = &mut Bundle::new();
+        let _ = black_box(Scalar.closest_bundle(bundle, &mut source, rays, closest));
+        let _ = black_box(Scalar.any_bundle(bundle, &mut source, rays, found));
+        black_box((closest, found));
     }
 });
