@@ -82,7 +82,7 @@ pub trait Lanes: Copy {
     ) -> Met;
 
     /// [`Lanes::visit`] of an expanded node, in the frame [`ExpandedTop::FRAME`](crate::block::ExpandedTop::FRAME): its children are put down as they
-    /// are.
+    /// are, and one that is met alone need not be: nothing asks for it but as [`Met::first`].
     fn visit_expanded(
         self,
         frame: &Self::Spread,

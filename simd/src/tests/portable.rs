@@ -90,9 +90,14 @@ fn of_node<L: Lanes>(
         let frame = lanes.frame(ray, header);
         let stored = put_down(|to| lanes.visit(&frame, node, turn, span, 5 << 24, to));
         let frame = lanes.frame(ray, &ExpandedTop::FRAME);
-        let visit = |to: Places<'_>| {
+        let visit = |Places { mut near, entry }: Places<'_>| {
+            let to = Places { near: near.as_deref_mut(), entry: &mut *entry };
             let met = lanes.visit_expanded(&lanes.spread(&frame), expanded, turn, span, to);
             assert!(met.count == 0 || lines_of::<L>(expanded, met.first).contains(&met.lines));
+            // Alone it need not be put down.
+            if let (1, Some(near)) = (met.count, near) {
+                (near[7], entry[7]) = (0.0, met.first);
+            }
             met
         };
         (stored, put_down(visit))

@@ -25,7 +25,7 @@ pub trait PutDown: Copy + Debug {
     unsafe fn apart<T: Part>(part: T) -> T::Result;
 
     /// [`Lanes::visit`](kiloray_core::trace::Lanes::visit) of boxes that were tested: `order` is the ray's word of the node, `first` has its children as well, with
-    /// [`Met::lines`]. With a tag they get it and their places.
+    /// [`Met::lines`]. With a tag they get it and their places; without one a child alone need not be put down.
     ///
     /// # Safety
     /// The machine has AVX2, and this is possible.
@@ -228,9 +228,9 @@ impl PutDown for ByTable {
             if any & any.wrapping_sub(1) == 0 {
                 // So it is with about half of all nodes, and the next one need not wait for the order.
                 let slot = any.trailing_zeros();
-                let place = || turn.place(order, slot as usize) << 16;
                 let (first, lines) = first(slot as usize);
-                let first = first | tag.map_or(0, |tag| tag | place());
+                let Some(tag) = tag else { return Met { count: 1, first, lines } };
+                let first = first | tag | turn.place(order, slot as usize) << 16;
                 let slot = _mm256_castsi128_si256(_mm_cvtsi32_si128(slot as i32));
                 if let Some(near) = to.near {
                     near[7] = _mm256_cvtss_f32(_mm256_permutevar8x32_ps(hits.enter, slot));

@@ -41,8 +41,15 @@ pub(crate) fn enclose(lanes: impl Lanes) {
                     }
                 }
                 let slots = |span, near: &mut _| {
-                    let visit = |to: Places<'_>| {
-                        lanes.visit_expanded(&lanes.spread(&frame), &named, turn, span, to)
+                    let visit = |Places { mut near, entry }: Places<'_>| {
+                        let spread = lanes.spread(&frame);
+                        let to = Places { near: near.as_deref_mut(), entry: &mut *entry };
+                        let met = lanes.visit_expanded(&spread, &named, turn, span, to);
+                        // Alone it need not be put down, and nobody asks where it is entered.
+                        if let (1, Some(near)) = (met.count, near) {
+                            (near[7], entry[7]) = (f32::NEG_INFINITY, met.first);
+                        }
+                        met
                     };
                     met(visit, |entry| entry as usize, near)
                 };
