@@ -10,7 +10,7 @@ use super::leaf::{crossed, spheres, triangle, triangles};
 use super::query::Query;
 use super::stack::Entry;
 use super::stream::{Level, Rays, Stream, planes_of};
-use super::top::{TOP, fetch};
+use super::top::{TOP, fetch_children};
 use super::tracer::Search;
 use super::trail::Trail;
 use super::turn::Turn;
@@ -156,7 +156,6 @@ impl<
                         rows.zip(near.iter().chain(&far)).for_each(|(to, from)| *to = **from);
                     }
                     level.child = node.child;
-                    level.lines = node.lines;
                     level.order = turn.of_node(&node.order);
                     (near, far)
                 } else {
@@ -239,13 +238,7 @@ impl<
                 level.block = block;
                 if block == TOP {
                     // They are read while the rays of the first are selected and traced.
-                    for slot in level.slots(turn) {
-                        if let (Some(&child), Some(&lines)) =
-                            (level.child.get(slot), level.lines.get(slot))
-                        {
-                            fetch(flow.lanes, flow.source, child, lines);
-                        }
-                    }
+                    fetch_children(flow.lanes, flow.source, child, slots);
                 }
             }
             // The next child that any ray meets.

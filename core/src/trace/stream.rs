@@ -74,8 +74,6 @@ pub(super) struct Level<const GROUPS: usize> {
     pub(super) enter: Row,
     /// By slot: bits of the block or of the top.
     pub(super) child: [u32; 8],
-    /// By slot: [lines](crate::block::ExpandedNode::lines) of the top.
-    pub(super) lines: [u8; 8],
     /// The node's order, for the [`Turn`](super::Turn) of the rays.
     pub(super) order: u32,
     /// The block that the node lies in.
@@ -94,7 +92,6 @@ impl<const GROUPS: usize> Level<GROUPS> {
         planes: [[[0.0; 8]; 3]; 2],
         enter: [0.0; 8],
         child: [0; 8],
-        lines: [0; 8],
         order: 0,
         block: 0,
         pending: 0,
@@ -109,14 +106,7 @@ impl<const GROUPS: usize> Level<GROUPS> {
 
     /// The slots that are still to be visited.
     pub(super) fn slots(&self, turn: Turn) -> impl Iterator<Item = usize> {
-        let mut pending = u32::from(self.pending);
-        // No place is asked whether it is one: that would be guessed wrong half the time.
-        let places = core::iter::from_fn(move || {
-            let place = (pending != 0).then(|| pending.trailing_zeros());
-            pending &= pending.wrapping_sub(1);
-            place
-        });
-        places.map(move |place| turn.slot(self.order, place))
+        in_mask(self.pending.into()).map(move |place| turn.slot(self.order, place as u32))
     }
 
     /// The slots that a ray meets.
@@ -155,6 +145,16 @@ impl<const GROUPS: usize> Level<GROUPS> {
             Some((g, self.list.as_flattened().get(g).copied().unwrap_or(0).into()))
         })
     }
+}
+
+/// The numbers of bits that are set, the lowest first.
+#[inline(always)]
+pub(super) fn in_mask(mut mask: u32) -> impl Iterator<Item = usize> {
+    core::iter::from_fn(move || {
+        let bit = (mask != 0).then(|| mask.trailing_zeros() as usize);
+        mask &= mask.wrapping_sub(1);
+        bit
+    })
 }
 
 /// Rows of planes, each in its place.

@@ -6,6 +6,7 @@ use super::lanes::Lanes;
 use super::leaf::leaf;
 use super::query::Query;
 use super::stack::{Entry, Next};
+use super::stream::in_mask;
 use super::turn::Turn;
 use super::walk::{Leave, Run};
 use crate::block::format::Record;
@@ -88,6 +89,32 @@ pub(super) fn in_top<L: Lanes, S: BlockSource, Q: Query>(
     };
     (run.at, run.height, run.t_max) = (at, height, t_max);
     leave
+}
+
+/// Has the children in some slots of a node read, which are visited soon.
+#[inline(always)]
+pub(super) fn fetch_children<L: Lanes, S: BlockSource>(
+    lanes: L,
+    source: &mut S,
+    node: u32,
+    slots: u8,
+) {
+    if !L::READS_AHEAD {
+        return;
+    }
+    let Some(&ExpandedNode { child, lines, nodes, .. }) = source.top().node(node) else { return };
+    let slots = u32::from(slots);
+    // Nodes first: of most children nobody then has to guess what they are.
+    for slot in in_mask(slots & nodes) {
+        if let Some(node) = child.get(slot).and_then(|&child| source.top().node(child)) {
+            lanes.fetch(node);
+        }
+    }
+    for slot in in_mask(slots & !nodes) {
+        if let (Some(&child), Some(&lines)) = (child.get(slot), lines.get(slot)) {
+            fetch(lanes, source, child, lines);
+        }
+    }
 }
 
 /// Has a child read that is visited soon, with these [lines](ExpandedNode::lines). Of a leaf for which there
