@@ -138,18 +138,14 @@ impl<const GROUPS: usize> Level<GROUPS> {
     /// The lanes of groups of coherent rays.
     #[inline(always)]
     pub(super) fn lanes(&self) -> impl Iterator<Item = (usize, u32)> + Clone {
-        let mut waiting = self.count as u32;
-        core::iter::from_fn(move || {
-            let g = (waiting != 0).then(|| waiting.trailing_zeros() as usize)?;
-            waiting &= waiting - 1;
-            Some((g, self.list.as_flattened().get(g).copied().unwrap_or(0).into()))
-        })
+        let lanes = |g| self.list.as_flattened().get(g).copied().unwrap_or(0);
+        in_mask(self.count as u32).map(move |g| (g, lanes(g).into()))
     }
 }
 
 /// The numbers of bits that are set, the lowest first.
 #[inline(always)]
-pub(super) fn in_mask(mut mask: u32) -> impl Iterator<Item = usize> {
+pub(super) fn in_mask(mut mask: u32) -> impl Iterator<Item = usize> + Clone {
     core::iter::from_fn(move || {
         let bit = (mask != 0).then(|| mask.trailing_zeros() as usize);
         mask &= mask.wrapping_sub(1);

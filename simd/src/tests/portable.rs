@@ -13,6 +13,7 @@ use kiloray_core::trace::{
 use proptest::prelude::*;
 use proptest::test_runner::TestRunner;
 
+use super::shared::frames::put_down_expanded;
 use super::shared::scenes::{Random, clutter, no_rays, rays};
 use super::shared::writer::{Blocks, write};
 use super::shared::{Grown, OneFrame, Resident, Source, Topped, erased};
@@ -90,14 +91,9 @@ fn of_node<L: Lanes>(
         let frame = lanes.frame(ray, header);
         let stored = put_down(|to| lanes.visit(&frame, node, turn, span, 5 << 24, to));
         let frame = lanes.frame(ray, &ExpandedTop::FRAME);
-        let visit = |Places { mut near, entry }: Places<'_>| {
-            let to = Places { near: near.as_deref_mut(), entry: &mut *entry };
-            let met = lanes.visit_expanded(&lanes.spread(&frame), expanded, turn, span, to);
+        let visit = |to: Places<'_>| {
+            let met = put_down_expanded(lanes, &frame, expanded, turn, span, to);
             assert!(met.count == 0 || lines_of::<L>(expanded, met.first).contains(&met.lines));
-            // Alone it need not be put down.
-            if let (1, Some(near)) = (met.count, near) {
-                (near[7], entry[7]) = (0.0, met.first);
-            }
             met
         };
         (stored, put_down(visit))

@@ -41,16 +41,8 @@ pub(crate) fn enclose(lanes: impl Lanes) {
                     }
                 }
                 let slots = |span, near: &mut _| {
-                    let visit = |Places { mut near, entry }: Places<'_>| {
-                        let spread = lanes.spread(&frame);
-                        let to = Places { near: near.as_deref_mut(), entry: &mut *entry };
-                        let met = lanes.visit_expanded(&spread, &named, turn, span, to);
-                        // Alone it need not be put down, and nobody asks where it is entered.
-                        if let (1, Some(near)) = (met.count, near) {
-                            (near[7], entry[7]) = (f32::NEG_INFINITY, met.first);
-                        }
-                        met
-                    };
+                    let visit =
+                        |to: Places<'_>| put_down_expanded(lanes, &frame, &named, turn, span, to);
                     met(visit, |entry| entry as usize, near)
                 };
                 tested += encloses(ray, &view, node, slots);
@@ -58,6 +50,26 @@ pub(crate) fn enclose(lanes: impl Lanes) {
         }
     }
     assert!(tested > 20_000, "{tested}");
+}
+
+/// [`Lanes::visit_expanded`], after which a child alone is put down as well: it need not be, and nobody asks where it is entered.
+pub(crate) fn put_down_expanded<L: Lanes>(
+    lanes: L,
+    frame: &L::Frame,
+    node: &ExpandedNode,
+    turn: Turn,
+    span: (f32, f32),
+    Places { mut near, entry }: Places<'_>,
+) -> Met {
+    let to = Places { near: near.as_deref_mut(), entry: &mut *entry };
+    let met = lanes.visit_expanded(&lanes.spread(frame), node, turn, span, to);
+    if met.count == 1 {
+        entry[7] = met.first;
+        if let Some(near) = near {
+            near[7] = f32::NEG_INFINITY;
+        }
+    }
+    met
 }
 
 /// So do those of groups and of beams.
